@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -33,5 +32,5 @@ def bits(found: Ensemble) -> list[bytes]:
 def small_blocks() -> Iterator[None]:
     """Blocks of a sixteenth of all samples, however short their runs are."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(import_module("eomgen.products.ensembles.simulate_many"), "_WORTH_A_BLOCK", 0)
+        patch.setattr("eomgen.products.ensembles.samples._WORTH_A_BLOCK", 0)
         yield

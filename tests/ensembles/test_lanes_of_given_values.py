@@ -112,7 +112,7 @@ def test_blocks_of_lanes_leave_some_samples_to_runs_alone(chooses_steps: bool, t
     lanes: Any = LaneRunner.__new__(LaneRunner)
     lanes.tables = tables
     method = SimpleNamespace(chooses_steps=chooses_steps)
-    lanes.runs = SimpleNamespace(together=4, run=SimpleNamespace(method=method), library=SimpleNamespace(lanes=2))
+    lanes.runs = SimpleNamespace(together=4, run=SimpleNamespace(method=method), count=2)
     none: Any = None
     work = SampleRunner(
         none, none, none, (0.0, 1.0), ["x", "y"], np.linspace(0.0, 1.0, 5), np.array([0, 2, 4]), none,
@@ -120,7 +120,7 @@ def test_blocks_of_lanes_leave_some_samples_to_runs_alone(chooses_steps: bool, t
     )  # fmt: skip
     work._made = lanes
     values = np.arange(float(count))[:, np.newaxis]
-    reduced, extremes = work._unknown(count)
+    reduced, extremes = work.unknown(count)
     assert work._side_by_side(100, values, reduced, extremes) == [1, 3, 6]
     groups = [sorted(group) for group in seen]
     assert groups == [[0.0, 1.0, 2.0, 4.0], [5.0, 6.0, 7.0, 8.0], [9.0, 10.0]]

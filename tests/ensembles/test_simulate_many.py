@@ -23,6 +23,7 @@ from eomgen.cli import main
 from eomgen.errors import FileError, UsageError
 from eomgen.products.ensembles import command
 from eomgen.products.ensembles.journal import BlockJournal
+from eomgen.products.ensembles.samples import SampleRunner
 from eomgen.products.ensembles.statistics import Reduction
 from tests.ensembles.carts import CART, VARY, bits, built_cart, small_blocks
 
@@ -172,7 +173,7 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
     [(10_000, 1, 1, 2500), (100_000, 1, 1, 4096), (10_000, 1, 2**14, 256), (10_000, 10**6, 1, 256), (64, 10**6, 1, 4)],
 )
 def test_blocks_of_short_runs_keep_to_some_memory(samples: int, work: int, numbers: int, size: int) -> None:
-    assert import_module("eomgen.products.ensembles.simulate_many")._block(samples, work, numbers) == size
+    assert SampleRunner.block_size(samples, work, numbers) == size
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the killed process is a fork of this one")
@@ -184,8 +185,9 @@ def test_a_killed_ensemble_goes_on_to_the_same_bits(
 ) -> None:
     """Killed by the system at the seventh block, before it is kept, written, or reduced whole."""
     options = {"vary": VARY, "samples": 60, "seed": 1}
-    for setting in ("_SELDOM", "_WORTH_A_BLOCK"):  # what is reduced is written at once; several blocks
-        monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), setting, 0)
+    # what is reduced is written at once; several blocks
+    monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), "_SELDOM", 0)
+    monkeypatch.setattr("eomgen.products.ensembles.samples._WORTH_A_BLOCK", 0)
     straight = bits(cart.simulate_many(**options))
     if not (child := os.fork()):
         usual, calls = getattr(owner, name), []

@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 #: Open to the other parts of ``products`` as well.
-WITHIN = ["simulate_many"]
+WITHIN = ["samples", "side_by_side", "simulate_many", "statistics"]
 
 PRODUCT = Product(
     rows={

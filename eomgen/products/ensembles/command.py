@@ -54,6 +54,7 @@ _option = arguments_of("eomgen.products.ensembles.simulate_many:simulate_many")
     metavar="CLUSTER",
     help="dask: processes of this machine; the address of a scheduler, tcp://host:8786, or its file.",
 )
+@_option("--device", metavar="NAME")
 @_option("--resume", is_flag=True)
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw fan charts, results and rankings.")
 @run_options
@@ -68,7 +69,7 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    words = ("samples", "design", "seed", "points", "keep", "keep_as", "workers", "cluster", "resume")
+    words = ("samples", "design", "seed", "points", "keep", "keep_as", "workers", "cluster", "device", "resume")
     study_options = {name: options.pop(name) for name in words}
     columns, vary = options.pop("columns"), _read_variations(options.pop("vary"))
     table = None if (file := options.pop("table")) is None else _read_samples(Path(file))

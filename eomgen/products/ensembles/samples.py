@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,14 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, FileError
 from eomgen.formula.evaluate import symbols
 from eomgen.products.ensembles.designs import Design
-from eomgen.products.ensembles.side_by_side import CommonRunData, SideBySide, SideBySideResults, side_by_side
-from eomgen.products.ensembles.variations import VariedOptions, variables_of_seed, with_scenes_laws
+from eomgen.products.ensembles.side_by_side import (
+    CommonRunData,
+    SideBySide,
+    SideBySideResults,
+    side_by_side,
+)
+from eomgen.products.ensembles.statistics import ReducedSamples
+from eomgen.products.ensembles.variations import LAWS, VariedOptions, variables_of_seed, with_scenes_laws
 from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, read_signals
@@ -48,11 +54,23 @@ class LaneRunner:
         """Run samples with the values (samples, varied) side by side, and return their columns (samples, columns,
         rows). Alone, to be repeated, are also samples with refused parameters or starts, and with laws that cannot be
         followed."""
-        parameters, alone = self._parameters(values)
-        inputs = self._input_tables(values, parameters) if self.runs.needs_input_tables else self._held_inputs(values)
-        starts, refused = self._starts(values, parameters)
+        parameters, inputs, starts, alone = self.begin(values)
         result = self.runs.tables(parameters, inputs, starts)
-        return replace(result, alone=result.alone | alone | refused | self._unfollowed_laws(parameters))
+        return replace(result, alone=result.alone | alone)
+
+    def begin(self, values: Array, *, common: bool = False) -> tuple[Array, Array | None, Array, NDArray[np.bool_]]:
+        """Return parameters (samples, np), inputs as of ``SideBySide.tables``, starts (samples, nq + nv + nz), and a
+        mask (samples,) of samples that have to run alone, for values (samples, varied). ``common``: an input table that
+        all samples have in common is returned once."""
+        parameters, alone = self._parameters(values)
+        inputs = None if self.runs.needs_input_tables else self._held_inputs(values)
+        if self.runs.needs_input_tables:
+            varied = {item.block for item in self.options.items}
+            alike = not (varied & {"inputs", *LAWS}) and not (parameters != self.runs.run.parameters).any()
+            first = slice(0, 1 if common and alike else None)
+            inputs = self._input_tables(values[first], parameters[first])
+        starts, refused = self._starts(values, parameters)
+        return parameters, inputs, starts, alone | refused | self._unfollowed_laws(parameters)
 
     def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return parameters (samples, np) for values (samples, varied), and a mask (samples,) of sets that the scene
@@ -189,6 +207,8 @@ def _fill_rows(rows: Array, numbers: Iterable[int], row_of: Callable[[int], Arra
 
 
 _LOG = Log(__name__)
+#: Evaluations of a block of short runs at least, by which they outweigh the work of Python for a block.
+_WORTH_A_BLOCK = 50_000
 #: Kept statistics of each column of a run.
 EXTREMES = ("min", "max", "final")
 
@@ -216,6 +236,7 @@ class SampleBlock:
     values : (samples, varied)
     rows : (samples, columns, times), NaN if a sample failed or ended before
     extremes : (samples, columns, 3), by ``EXTREMES``
+    reduced : statistics of the samples, if these were reduced elsewhere: then there are no rows
     """
 
     first: int
@@ -223,6 +244,7 @@ class SampleBlock:
     rows: Array
     extremes: Array
     failed: tuple[FailedSample, ...] = ()
+    reduced: ReducedSamples | None = None
 
 
 @dataclass(frozen=True)
@@ -269,27 +291,51 @@ class SampleRunner:
     keep: frozenset[int] = frozenset()
     keep_as: str = "npz"
     folder: Path | None = None
+    #: Device of the runs; on others than processors each block but the last one has ``block_size`` samples.
+    device: ClassVar[str] = "cpu"
     stop: threading.Event = field(default_factory=threading.Event)
     #: Lock for threads that begin together: one thread makes lanes, the other threads wait.
     _making: threading.Lock = field(default_factory=threading.Lock, init=False, repr=False)
     _made: LaneRunner | str | None = field(default=None, init=False, repr=False)
 
+    @staticmethod
+    def block_size(samples: int, work: int, numbers: int, tables: int = 0) -> int:
+        """Return the largest number of samples of a block for a design of `samples`: the same on every machine. `work`
+        counts the evaluations times degrees of freedom of one sample, `numbers` the kept numbers of one sample,
+        `tables` the numbers of its inputs that change with time.
+
+        A block has 256 samples at most, or 4096 of short runs, or the samples of 8 MB; threads share four blocks at
+        least, sixteen of a small ensemble.
+        """
+        worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), 4096, 2**20 // numbers)
+        shared = worth if samples <= worth else min(worth, -(-samples // 4))
+        return max(1, shared, min(256, -(-samples // 16)))
+
     def block(self, first: int, count: int) -> SampleBlock | None:
         """Run `count` samples from number `first` on, and return them as a block; None if ``stop`` is set meanwhile."""
         values = self.design.values(first, count)
-        rows, extremes = self._unknown(count)
+        rows, extremes = self.unknown(count)
+        alone = self._side_by_side(first, values, rows, extremes)
+        failed = self.run_alone(first, values, ((k, rows[k], extremes[k]) for k in alone))
+        return None if failed is None else SampleBlock(first, values, rows, extremes, failed)
+
+    def run_alone(
+        self, first: int, values: Array, samples: Iterable[tuple[int, Array, Array]]
+    ) -> tuple[FailedSample, ...] | None:
+        """Run samples one by one, each given by the index in `values` (n, d) and by rows (columns, times) and extremes
+        (columns, 3), which are filled in place. Returns the failed ones; None if ``stop`` is set meanwhile."""
         failed: list[FailedSample] = []
-        for k in self._side_by_side(first, values, rows, extremes):
+        for k, rows, extremes in samples:
             if self.stop.is_set():
                 return None
             try:
-                reason = self._one(first + k, values[k], rows[k], extremes[k])
+                reason = self._one(first + k, values[k], rows, extremes)
             except _StoppedError:
                 return None
             if reason:
                 names = (item.name for item in self.options.items)
                 failed.append(FailedSample(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
-        return SampleBlock(first, values, rows, extremes, tuple(failed))
+        return tuple(failed)
 
     @property
     def lanes(self) -> LaneRunner | str:
@@ -297,21 +343,25 @@ class SampleRunner:
         compiled, at first use."""
         with self._making:
             if self._made is None:
-                options = self.options
-                common = with_scenes_laws(self.model, options.items, options.common)
-                inputs = [item.name for item in options.items if item.block == "inputs"]
-                initial = any(item.block in ("q", "v", "z") for item in options.items)
-                runs = side_by_side(self.model, common, inputs, self.alike, self.columns, initial_varies=initial)
-                self._made = runs if isinstance(runs, str) else LaneRunner(self.model, options, runs)
+                runs = self.setup_of(side_by_side)
+                self._made = runs if isinstance(runs, str) else LaneRunner(self.model, self.options, runs)
                 _LOG.info("%s: samples run %s", self.model.name, self.how)
             return self._made
+
+    def setup_of(self, make: Callable[..., SideBySide | str]) -> SideBySide | str:
+        """Return the setup of runs by ``side_by_side`` or ``common_runs``, or the reason for which there is none."""
+        options = self.options
+        common = with_scenes_laws(self.model, options.items, options.common)
+        inputs = [item.name for item in options.items if item.block == "inputs"]
+        initial = any(item.block in ("q", "v", "z") for item in options.items)
+        return make(self.model, common, inputs, self.alike, self.columns, initial_varies=initial)
 
     @property
     def how(self) -> str:
         """Description of the runs: ``side by side: 4 lanes``, or one after the other and the reason; empty before the
         first block."""
         if isinstance(self._made, LaneRunner):
-            return f"side by side: {self._made.runs.library.lanes} lanes"
+            return f"side by side: {self._made.runs.count} lanes"
         return f"one after the other: {self._made}" if self._made else ""
 
     def _side_by_side(self, first: int, values: Array, rows: Array, extremes: Array) -> list[int]:
@@ -329,7 +379,7 @@ class SampleRunner:
                 break
             chosen = others[begin : begin + together]
             if lanes.runs.run.method.chooses_steps:  # a lane that is done waits for the last of its group
-                chosen = chosen[neighbours(values[chosen], lanes.runs.library.lanes)]
+                chosen = chosen[neighbours(values[chosen], lanes.runs.count)]
             tables = lanes.tables(values[chosen])
             alone = tables.alone
             known = np.isfinite(tables.columns)
@@ -350,10 +400,10 @@ class SampleRunner:
         """Repeat earlier samples whose solutions are to be kept, and are not kept yet."""
         for number in sorted(self.keep):
             if number < first and self.folder is not None and not self.file(number).exists():
-                rows, extremes = self._unknown(1)
+                rows, extremes = self.unknown(1)
                 self._one(number, self.design.values(number, 1)[0], rows[0], extremes[0])
 
-    def _unknown(self, count: int) -> tuple[Array, Array]:
+    def unknown(self, count: int) -> tuple[Array, Array]:
         """Return rows (count, columns, times) and extremes (count, columns, 3) that are still to be filled."""
         rows = np.full((count, len(self.columns), len(self.thinned)), np.nan)
         return rows, np.full((count, len(self.columns), len(EXTREMES)), np.nan)

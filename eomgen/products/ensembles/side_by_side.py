@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, field
+from eomgen.base.data import dataclass, field, replace
 from eomgen.compiled.functions import LANES_VARIABLE, Choice
 from eomgen.compiled.functions import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
@@ -39,7 +39,7 @@ from eomgen.simulation.stepping.states import (
 from eomgen.simulation.stepping.stepper import LaneStepper, times_of_inputs
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.system.description import component_names
-from eomgen.toolchain.library import LaneLibrary
+from eomgen.toolchain.library import LaneLibrary, Library
 
 #: Rows at which energies are looked at.
 _LOOKED_AT = 17
@@ -102,7 +102,8 @@ class SideBySide:
     Attributes
     ----------
     run : the run without variations
-    library : with the stepper in lanes
+    library : with the stepper
+    lanes : the stepper in lanes; None if samples run elsewhere
     columns : names of the columns of solutions that are looked at
     places : of ``CommonRunData``
     at_rest : whether each run starts at its own static equilibrium
@@ -110,12 +111,18 @@ class SideBySide:
 
     model: CompiledModel
     run: Run
-    library: LaneLibrary
+    library: Library
     columns: Sequence[str]
     places: Mapping[str, tuple[str, int]]
     at_rest: bool = False
+    lanes: LaneLibrary | None = None
     #: By the number of rows: times of the previous samples, and the inputs and the base at these.
     _common_before: dict[int, tuple[Array, PrescribedInputs]] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def count(self) -> int:
+        """Number of lanes."""
+        return self.lanes.lanes if self.lanes else 1
 
     @property
     def together(self) -> int:
@@ -124,8 +131,8 @@ class SideBySide:
         numbers = (self.run.grid.whole // self.run.every + 3) * self.width
         if self.needs_input_tables:
             numbers += len(self.input_times) * self.model.nu
-        groups = max(1, int(5e5 / (numbers * self.library.lanes)))
-        return self.library.lanes * min(groups, 1024)
+        groups = max(1, int(5e5 / (numbers * self.count)))
+        return self.count * min(groups, 1024)
 
     @property
     def width(self) -> int:
@@ -157,13 +164,13 @@ class SideBySide:
         inputs : (runs, nu), held; or (runs, rows of inputs, nu), of ``input_tables``
         starts : (runs, nq + nv + nz)
         """
-        count, lanes = len(starts), self.library.lanes
+        count, lanes = len(starts), self.count
         last = -count % lanes
         parameters, states = _pad(parameters, last), np.empty((count + last, 1 + starts.shape[1]))
         states[:, 0], states[:, 1:] = self.run.grid.start, _pad(starts, last)
         inputs = None if inputs is None else _pad(inputs, last)
-        stepper = LaneStepper(self.library, self.run.settings)
-        every, whole = self._between, self.run.grid.whole
+        stepper = LaneStepper(cast("LaneLibrary", self.lanes), self.run.settings)
+        every, whole = self.between, self.run.grid.whole
         held, tables = (None, inputs) if self.needs_input_tables else (inputs, None)
         counts = every, whole // every, whole % every, self.run.grid.rest
         stepped = stepper.runs(states, parameters, held, *counts, tables)
@@ -182,7 +189,7 @@ class SideBySide:
             alone |= self._breaks_constraints(rows, parameters, ends[:, stepper.places.get("max_constraint", slice(0))])
             alone |= ~np.isfinite(rows).reshape(count, -1).all(axis=1)
             alone |= self._grows(rows) | self._gains_energy(rows, present)
-            chosen = self._recorded_rows(rows.shape[1])
+            chosen = self.recorded_rows(rows.shape[1])
             asked = np.full(count, len(chosen))
             asked[stopped] = (chosen < number[stopped, np.newaxis] - 1).sum(axis=1) + 1
             if len(chosen) < rows.shape[1]:
@@ -194,7 +201,7 @@ class SideBySide:
         return SideBySideResults(columns, alone, asked, rows[:, -1, 0])
 
     @property
-    def _between(self) -> int:
+    def between(self) -> int:
         """Steps between the checked rows: as between recorded rows, or fewer if the run has few recorded rows."""
         every, whole = self.run.every, self.run.grid.whole
         if self.run.method.chooses_steps or whole // every >= _LOOKED_AT:
@@ -202,10 +209,15 @@ class SideBySide:
         parts = [part for part in range(1, every + 1) if every % part == 0 and whole // (every // part) >= _LOOKED_AT]
         return every // parts[0] if parts else 1
 
-    def _recorded_rows(self, count: int) -> NDArray[np.intp]:
+    def recorded_rows(self, count: int) -> NDArray[np.intp]:
         """Return the indices of the recorded rows among ``count`` checked rows."""
-        chosen = np.arange(0, self.run.grid.whole // self._between + 1, self.run.every // self._between)
+        chosen = np.arange(0, self.run.grid.whole // self.between + 1, self.run.every // self.between)
         return np.append(chosen, count - 1) if chosen[-1] != count - 1 else chosen
+
+    @staticmethod
+    def rows_with_energies(count: int) -> NDArray[np.intp]:
+        """Return the indices of the rows, among ``count``, at which energies are looked at."""
+        return np.unique(np.linspace(0, count - 1, _LOOKED_AT).astype(int))
 
     def _present(self, parameters: Array, modes: Array) -> Array:
         """Return the parameters at the rows: (lanes, rows, np) with modes (lanes, rows, modes), or (lanes, np) without
@@ -323,20 +335,9 @@ class SideBySide:
         ----------
         largest : (lanes, 1) of all steps, in the units of the rows; (lanes, 0) without constraints
         """
-        lanes, model = len(rows), self.model
-        if not model.multipliers or not largest.size:
-            return np.zeros(lanes, dtype=bool)
-        scale = np.ones(lanes)
-        lengths = [unit not in ("1", "1/s") for unit in model.library.layout["row_units"]]
-        if "constraint_size" in model.functions and any(lengths):
-            looked = rows[:, [0, rows.shape[1] // 2, -1]]
-            t, q = looked[:, :, 0].ravel(), looked[:, :, 1 : 1 + model.nq].reshape(-1, model.nq)
-            p = np.repeat(parameters, looked.shape[1], axis=0)
-            extents = np.asarray(model.evaluate("constraint_size", q, t=t, parameters=p)["extent"])
-            machine = extents.reshape(lanes, -1).max(axis=1)
-            scale = np.where(machine > 0.0, machine, 1.0)
-            scale = scale if all(lengths) else np.minimum(scale, 1.0)
-        result: NDArray[np.bool_] = ~(largest[:, 0] <= 1e-4 * scale)
+        if not self.model.multipliers or not largest.size:
+            return np.zeros(len(rows), dtype=bool)
+        result: NDArray[np.bool_] = ~(largest[:, 0] <= 1e-4 * machine_sizes(self.model, rows, parameters))
         return result
 
     def _gains_energy(self, rows: Array, present: Array) -> NDArray[np.bool_]:
@@ -346,7 +347,7 @@ class SideBySide:
         lanes, count, width = rows.shape
         if "energy" not in self.model.functions or not self.model.library.layout["facts"]["conservative"]:
             return np.zeros(lanes, dtype=bool)
-        chosen = np.unique(np.linspace(0, count - 1, _LOOKED_AT).astype(int))
+        chosen = self.rows_with_energies(count)
         states = self._states(rows[:, chosen].reshape(-1, width))
         looked = present if present.ndim == 2 else present[:, chosen]
         p = _at_each(looked, len(chosen))
@@ -366,6 +367,23 @@ class SideBySide:
         for k in np.flatnonzero(~result) if model.description.exact_beams else ():
             result[k] = bool(turned_elements(model, rows[k, :, 0], rows[k, :, places], parameters[k]))
         return result
+
+
+def machine_sizes(model: CompiledModel, rows: Array, parameters: Array) -> Array:
+    """Return the size of the machine in m, or 1 if constraints have other units, in each lane, (lanes,). `rows` are
+    (lanes, rows, width), `parameters` (lanes, np)."""
+    lanes = len(rows)
+    scale = np.ones(lanes)
+    lengths = [unit not in ("1", "1/s") for unit in model.library.layout["row_units"]]
+    if "constraint_size" in model.functions and any(lengths):
+        looked = rows[:, [0, rows.shape[1] // 2, -1]]
+        t, q = looked[:, :, 0].ravel(), looked[:, :, 1 : 1 + model.nq].reshape(-1, model.nq)
+        p = np.repeat(parameters, looked.shape[1], axis=0)
+        extents = np.asarray(model.evaluate("constraint_size", q, t=t, parameters=p)["extent"])
+        machine = extents.reshape(lanes, -1).max(axis=1)
+        scale = np.where(machine > 0.0, machine, 1.0)
+        scale = scale if all(lengths) else np.minimum(scale, 1.0)
+    return scale
 
 
 def _columns_of(rows: Array, begin: int, end: int) -> Array:
@@ -412,6 +430,24 @@ def side_by_side(
     """
     if chosen_lanes() is Choice.OFF:
         return f"{LANES_VARIABLE} is off"
+    runs = common_runs(model, options, varied_inputs, alike, columns, initial_varies=initial_varies)
+    if isinstance(runs, str):
+        return runs
+    lanes = stepper_in_lanes(model, runs.library)
+    return f"{runs.run.name} is not made for lanes: {lanes}" if isinstance(lanes, str) else replace(runs, lanes=lanes)
+
+
+def common_runs(
+    model: CompiledModel,
+    options: Mapping[str, Any],
+    varied_inputs: Collection[str],
+    alike: CommonRunData,
+    columns: Sequence[str],
+    *,
+    initial_varies: bool,
+) -> SideBySide | str:
+    """Return the setup of runs without lanes, or the reason, in words, for which runs have to be made one after the
+    other. Arguments are as of ``side_by_side``."""
     others = sorted(set(options) - _OPTIONS)
     if others:
         return f"{others[0]} is given"
@@ -428,10 +464,7 @@ def side_by_side(
     request = RunRequest(model, alike.grid.step, alike.grid.start, model.evaluator.one_set(options.get("parameters")))
     inputs = {**(options.get("inputs") or {}), **dict.fromkeys(varied_inputs, 0.0)}
     run = request.run(chosen, alike.grid, alike.every, inputs)
-    library = stepper_in_lanes(model, chosen.library)
-    if isinstance(library, str):
-        return f"{chosen.name} is not made for lanes: {library}"
-    return SideBySide(model, run, library, columns, alike.places, at_rest)
+    return SideBySide(model, run, chosen.library, columns, alike.places, at_rest)
 
 
 def _places(model: CompiledModel, pilot: Solution) -> dict[str, tuple[str, int]]:

@@ -10,7 +10,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, contextmanager, nullcontext
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,7 @@ from eomgen.base.files import make_folder
 from eomgen.base.locks import sole_use
 from eomgen.base.messages import counted, nearest
 from eomgen.base.messages import shown as quoted
+from eomgen.base.products import LateRow, import_target, rows_of
 from eomgen.base.progress import Progress, Reporter, duration, show_progress
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
@@ -43,6 +44,7 @@ from eomgen.products.ensembles.samples import SampleBlock, SampleRunner
 from eomgen.products.ensembles.side_by_side import CommonRunData
 from eomgen.products.ensembles.statistics import Reduction
 from eomgen.products.ensembles.variations import (
+    LAWS,
     Variation,
     VariedOptions,
     read_table,
@@ -56,8 +58,6 @@ from eomgen.simulation.simulate import simulate
 from eomgen.simulation.stepping.states import starts_at_equilibrium
 from eomgen.simulation.stepping.time_grid import row_times
 
-#: Evaluations of a block of short runs at least, by which they outweigh the work of Python for a block.
-_WORTH_A_BLOCK = 50_000
 #: Seconds between two writings of the reduced results, and of work from which on a plan is announced.
 _SELDOM = 10.0
 #: Data of a run in the description of an ensemble.
@@ -85,6 +85,7 @@ def simulate_many(
     resume: bool = False,
     workers: int | None = None,
     cluster: object = None,
+    device: str = "cpu",
     progress: Progress | bool | None = None,
     error_estimate: bool = True,
     **options: Unpack[EnsembleOptions],
@@ -136,6 +137,10 @@ def simulate_many(
     cluster : str, path or object
         Dask's, to run samples on, with the same bits: ``dask`` for processes of this machine, the address or the file
         of a scheduler, or a ``distributed.Client`` or cluster object.
+    device : str
+        ``cpu``, or ``gpu`` for NVIDIA's cards: samples run and are reduced on the card, with the bits of runs in the
+        profile ``reproducible``; means and deviations are summed in another order, and differ by rounding. Not for
+        scenes with events or exact beams, nor with ``cluster``.
     progress : callable or True
         As of ``simulate``, called with samples.
     error_estimate : bool
@@ -175,6 +180,7 @@ def simulate_many(
     8
     """
     _check_options(options, folder, resume=resume)
+    runner = _runner_on(device, cluster)
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)
     items, drawn = _make_design(model, vary, table, samples, design, seed)
     if not model.library.lacking:
@@ -190,11 +196,13 @@ def simulate_many(
     target = None if folder is None else Path(folder)
     kept = _kept_samples(keep, drawn.samples, keep_as, target)
     work_of_one = int(pilot.stats.get("evaluations", 0)) * max(1, model.nv + model.nz)
-    block = _block(drawn.samples, work_of_one, len(looked_at) * len(thinned))
+    alike = CommonRunData.of(model, pilot)
+    with_tables = bool(options.get("inputs")) or any(item.block in LAWS for item in items)
+    tables = alike.grid.steps * model.nu if with_tables else 0
+    block = runner.block_size(drawn.samples, work_of_one, len(looked_at) * len(thinned), tables)
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options, _rest(model, items, options, pilot))
-    alike = CommonRunData.of(model, pilot)
-    work = SampleRunner(model, drawn, varied, (t_end, step), looked_at, times, thinned, alike, kept, keep_as, runs)
+    work = runner(model, drawn, varied, (t_end, step), looked_at, times, thinned, alike, kept, keep_as, runs)
     described = _description(work, pilot, vary, table, seed, block)
     threads = thread_count() if workers is None else count_of("workers", workers)
     with (
@@ -247,16 +255,19 @@ def simulate_many(
     )
 
 
-def _block(samples: int, work: int, numbers: int) -> int:
-    """Return the largest number of samples of a block for a design of `samples`: the same on every machine. `work`
-    counts the evaluations times degrees of freedom of one sample, `numbers` the kept numbers of one sample.
-
-    A block has 256 samples at most, or 4096 of short runs, or the samples of 8 MB; threads share four blocks at least,
-    sixteen of a small ensemble.
-    """
-    worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), 4096, 2**20 // numbers)
-    shared = worth if samples <= worth else min(worth, -(-samples // 4))
-    return max(1, shared, min(256, -(-samples // 16)))
+def _runner_on(device: str, cluster: object) -> type[SampleRunner]:
+    """Return the class that runs samples on a device. Raises UsageError for an unknown one, and with a cluster."""
+    rows = {row.key: row.target for row in rows_of("eomgen.ensemble_devices", LateRow)}
+    if device == "cpu":
+        return SampleRunner
+    if device not in rows:
+        raise UsageError(
+            Problem("device", f"there is no device {quoted(str(device))} [E2301]", nearest(device, ["cpu", *rows]))
+        )
+    if cluster is not None:
+        fault = "samples run on the device of this machine, and a cluster is given too [E2302]"
+        raise UsageError(Problem("device", fault, "the device, or the cluster, alone"))
+    return cast("type[SampleRunner]", import_target(rows[device]))
 
 
 @contextmanager
@@ -280,7 +291,10 @@ def _reduce(
     reducer = ThreadPoolExecutor(1)  # Ctrl-C ends the main thread's work, and a block is reduced whole or not at all
 
     def take(block: SampleBlock) -> None:
-        reduction.add(block.rows)
+        if block.reduced is None:
+            reduction.add(block.rows)
+        else:
+            reduction.merge(block.reduced)
         journal.keep(block)
 
     try:
@@ -312,6 +326,8 @@ def _on_threads(
     work ahead. Blocks have ``begin_with`` samples before a time is known, and ``most`` samples at most; ``announce`` is
     called with the plan as soon as its duration is known. After any end, running blocks are stopped."""
     pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
+    whole = work.device != "cpu"  # a device has threads of its own, and reduces blocks of one size
+    workers, begin_with = (1, most) if whole else (workers, begin_with)
     waiting: list[Future[tuple[SampleBlock | None, float]]] = []
     sent, size = first, begin_with
 
@@ -332,7 +348,7 @@ def _on_threads(
             finished, each = waiting.pop(0).result()
             if finished is None:
                 continue
-            size = max(1, min(most, int(PART / max(each, 1e-9))))
+            size = most if whole else max(1, min(most, int(PART / max(each, 1e-9))))
             done, taken = finished.first + len(finished.values), time.perf_counter() - began
             if announce is not None and taken >= PART:
                 if (seconds := each * (total - done) / workers) > _SELDOM:  # the first samples are dearer
@@ -483,4 +499,5 @@ def _description(
         "times": work.times[work.thinned].tolist(),
         "block": block,
         "version": __version__,
+        **({} if work.device == "cpu" else {"device": work.device}),
     }

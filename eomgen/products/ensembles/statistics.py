@@ -21,8 +21,67 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.messages import counted
 from eomgen.errors import Problem, UsageError
 
-#: Numbers that are kept as they are, 128 MB.
-_KEPT = 2**24
+#: Numbers that are kept as they are, 128 MB; and the number of centroids that replace more.
+_KEPT, CENTROIDS = 2**24, 512
+
+
+def are_kept(numbers: int) -> bool:
+    """Return whether all numbers of an ensemble, samples x columns x times, are kept, for exact quantiles."""
+    return numbers <= _KEPT
+
+
+@dataclass(frozen=True)
+class ReducedSamples:
+    """Statistics of a chunk of samples.
+
+    Attributes
+    ----------
+    count, mean, squares, minimum, maximum : (columns, times), squares of deviations from the mean
+    joint_count, joint_mean, products : (times,), (times, columns), (times, columns, columns), of the samples that are
+        known in all columns, with products of deviations
+    kept : (columns * times, samples), all numbers, NaN if unknown; None: the centroids stand for them
+    centroids, weights : (columns * times, centroids)
+    """
+
+    count: Array
+    mean: Array
+    squares: Array
+    minimum: Array
+    maximum: Array
+    joint_count: Array
+    joint_mean: Array
+    products: Array
+    kept: Array | None = None
+    centroids: Array | None = None
+    weights: Array | None = None
+
+    @classmethod
+    def of(cls, block: Array) -> ReducedSamples:
+        """Return the statistics of a block (samples, columns, times); NaN are left out."""
+        columns, times = block.shape[1:]
+        rows = np.ascontiguousarray(block.reshape(len(block), -1).T)  # sums over samples run along memory
+        there = np.isfinite(rows)
+        if there.all():
+            mean = rows.sum(axis=1) / len(block)
+            off = (rows - mean[:, np.newaxis]).reshape(columns, times, -1)
+            products = np.einsum("its,jts->tij", off, off)
+            squares = products.diagonal(axis1=1, axis2=2).T
+            count, mean = np.full((columns, times), float(len(block))), mean.reshape(columns, times)
+            low, high = rows.min(axis=1), rows.max(axis=1)
+            joint_count, joint_mean = count[0], mean.T
+        else:
+            known = there.reshape(columns, times, -1)
+            values = rows.reshape(columns, times, -1)
+            count, mean = _mean(values, known)
+            squares = np.where(known, (values - mean[:, :, np.newaxis]) ** 2, 0.0).sum(axis=2)
+            low, high = np.where(there, rows, np.inf).min(axis=1), np.where(there, rows, -np.inf).max(axis=1)
+            whole = np.broadcast_to(known.all(axis=0), known.shape)  # samples with numbers in all columns
+            joint, joint_mean = _mean(values, whole)
+            joint_count, joint_mean = joint[0], joint_mean.T
+            off = np.where(whole, values - joint_mean.T[:, :, np.newaxis], 0.0)
+            products = np.einsum("its,jts->tij", off, off)
+        ends = low.reshape(columns, times), high.reshape(columns, times)
+        return cls(count, mean, squares, *ends, joint_count, joint_mean, products, rows)
 
 
 class Reduction:
@@ -57,7 +116,7 @@ class Reduction:
         rows = np.concatenate([self._pending, rows])
         whole = len(rows) - len(rows) % self.chunk
         for begin in range(0, whole, self.chunk):
-            self._reduce(rows[begin : begin + self.chunk])
+            self.merge(ReducedSamples.of(rows[begin : begin + self.chunk]))
         self._pending = rows[whole:].copy()
 
     def whole(self) -> Reduction:
@@ -68,40 +127,23 @@ class Reduction:
         for name in ("mean", "_squares", "_products", "_joint_mean"):
             setattr(result, name, getattr(self, name).copy())
         if len(self._pending):
-            result._reduce(self._pending)
+            result.merge(ReducedSamples.of(self._pending))
         return result
 
-    def _reduce(self, block: Array) -> None:
-        """Merge a block (samples, columns, times) into moments, envelope and kept numbers; NaN are left out. Kept
-        numbers are condensed to centroids if there are too many."""
-        columns, times = self.count.shape
-        rows = np.ascontiguousarray(block.reshape(len(block), -1).T)  # sums over samples run along memory
-        there = np.isfinite(rows)
-        if there.all():
-            mean = rows.sum(axis=1) / len(block)
-            off = (rows - mean[:, np.newaxis]).reshape(columns, times, -1)
-            products = np.einsum("its,jts->tij", off, off)
-            squares = products.diagonal(axis1=1, axis2=2).T
-            count, mean = np.full((columns, times), float(len(block))), mean.reshape(columns, times)
-            low, high = rows.min(axis=1), rows.max(axis=1)
-            joint_count, joint_mean = count[0], mean.T
-        else:
-            known = there.reshape(columns, times, -1)
-            values = rows.reshape(columns, times, -1)
-            count, mean = _mean(values, known)
-            squares = np.where(known, (values - mean[:, :, np.newaxis]) ** 2, 0.0).sum(axis=2)
-            low, high = np.where(there, rows, np.inf).min(axis=1), np.where(there, rows, -np.inf).max(axis=1)
-            whole = np.broadcast_to(known.all(axis=0), known.shape)  # samples with numbers in all columns
-            joint, joint_mean = _mean(values, whole)
-            joint_count, joint_mean = joint[0], joint_mean.T
-            off = np.where(whole, values - joint_mean.T[:, :, np.newaxis], 0.0)
-            products = np.einsum("its,jts->tij", off, off)
-        self._merge(count, mean, squares)
-        self._merge_products(joint_count, joint_mean, products)
-        self.minimum = np.minimum(self.minimum, low.reshape(columns, times))
-        self.maximum = np.maximum(self.maximum, high.reshape(columns, times))
-        self._kept.append(rows)
-        if sum(part.size for part in self._kept) >= max(_KEPT, rows.size + 1):
+    def merge(self, part: ReducedSamples) -> None:
+        """Merge the statistics of a chunk. Kept numbers are condensed to centroids if there are too many."""
+        self._merge(part.count, part.mean, part.squares)
+        self._merge_products(part.joint_count, part.joint_mean, part.products)
+        self.minimum = np.minimum(self.minimum, part.minimum)
+        self.maximum = np.maximum(self.maximum, part.maximum)
+        if part.centroids is not None and part.weights is not None:
+            joined = np.concatenate([self._centroids, part.centroids], axis=1)
+            weights = np.concatenate([self._weights, part.weights], axis=1)
+            self._centroids, self._weights = _condense(*_merge(joined, weights, joined[:, :0]))
+        if part.kept is None:
+            return
+        self._kept.append(part.kept)
+        if sum(rows.size for rows in self._kept) >= max(_KEPT, part.kept.size + 1):
             self._condense()
 
     def _merge(self, count: Array, mean: Array, squares: Array) -> None:
@@ -223,16 +265,26 @@ def _merge(centroids: Array, weights: Array, rows: Array) -> tuple[Array, Array]
 def _condense(values: Array, weights: Array) -> tuple[Array, Array]:
     """Return 512 centroids and their weights, (cells, centroids), of sorted values with weights, (cells, n) each: 0.3 %
     of the samples are in one in the middle, 0.001 % at both ends. Empty ones are NaN."""
-    known, count = np.where(weights > 0.0, values, 0.0), 512
+    known, count = np.where(weights > 0.0, values, 0.0), CENTROIDS
     with np.errstate(invalid="ignore", divide="ignore"):
         share = (np.cumsum(weights, axis=1) - 0.5 * weights) / weights.sum(axis=1, keepdims=True)
-        scale = np.nan_to_num(np.arcsin(np.clip(2.0 * share - 1.0, -1.0, 1.0)) / np.pi + 0.5)
-        places = np.minimum((count * scale).astype(np.intp), count - 1) + count * np.arange(len(values))[:, np.newaxis]
+        places = _groups(share) + count * np.arange(len(values))[:, np.newaxis]
         sizes, sums = (
             np.bincount(places.ravel(), part.ravel(), count * len(values)).reshape(len(values), count)
             for part in (weights, weights * known)
         )
         return np.asarray(sums / sizes), np.asarray(sizes, float)
+
+
+def _groups(share: Array) -> NDArray[np.intp]:
+    """Return the number of the centroid of numbers at shares of all weight, by the arcsine scale."""
+    scale = np.nan_to_num(np.arcsin(np.clip(2.0 * share - 1.0, -1.0, 1.0)) / np.pi + 0.5)
+    return np.minimum((CENTROIDS * scale).astype(np.intp), CENTROIDS - 1)
+
+
+def places_of_centroids(count: int) -> NDArray[np.intp]:
+    """Return the places in ``count`` sorted numbers at which the numbers of each centroid begin, and the last end."""
+    return np.searchsorted(_groups((np.arange(count) + 0.5) / max(count, 1)), np.arange(CENTROIDS + 1))
 
 
 def _mean(values: Array, known: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -8,6 +8,7 @@ PRODUCT = Product(
     names={"gpu": "eomgen.products.gpu.functions:gpu"},
     rows={
         "eomgen.doctor": (LateRow("gpu", "eomgen.products.gpu.requirements:card"),),
+        "eomgen.ensemble_devices": (LateRow("gpu", "eomgen.products.gpu.ensembles:DeviceSamples"),),
         "eomgen.jax_cards": (LateRow("gpu", "eomgen.products.gpu.jax_kernels:CARDS"),),
         "eomgen.targets": ("eomgen.products.gpu.target:CUDA",),
     },

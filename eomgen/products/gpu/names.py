@@ -9,8 +9,11 @@ class CudaNames(CNames):
     """Names of C with types of arrays that a call chooses.
 
     Functions with an argument ``EG_IN q`` or ``EG_OUT tau`` are templates: a kernel calls these with views of columns
-    or rows of its arrays, a stepper with pointers. Statements are equal to the C's.
+    or rows of its arrays, a stepper with pointers. Statements are equal to the C, except sines and cosines of roads:
+    a thread computes them again, since its memory is slower than the work.
     """
+
+    tables_of_turns = False
 
     def input_type(self, block: str) -> str:
         """Return the declaration of an input argument: ``EG_IN q``."""
