@@ -201,7 +201,7 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
 #endif
 
 #if defined(EG_REAL_IS_DOUBLE) || defined(EOMGEN_REAL_LANES)
-/* -- elementary functions: one text for double and lanes ------------------------------------------------------- */
+/* -- exponential, logarithm and powers: one text for double and lanes -------------------------------------------- */
 
 #if defined(EOMGEN_REAL_LANES)
 /* Square roots, which compilers take side by side in an array of this length. */
@@ -372,6 +372,8 @@ static inline eg_wide eg_pow(eg_wide x, eg_wide y)
     const eg_wide power = eg_from_bits((eg_to_bits(size) ^ (sign & odd)) | none);
     return eg_blend(EG_MASK(x == one) | EG_MASK(y == zero), one, power);
 }
+
+/* -- tangent, arcs and hyperbolic functions: one text for double and lanes --------------------------------------- */
 
 #define EG_SIGN_BIT UINT64_C(0x8000000000000000)
 static inline eg_wide eg_with_sign(eg_wide magnitude, eg_wide x)
