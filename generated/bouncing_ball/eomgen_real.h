@@ -381,8 +381,8 @@ static inline eg_wide eg_with_sign(eg_wide magnitude, eg_wide x)
     return eg_from_bits(eg_to_bits(magnitude) | (eg_to_bits(x) & EG_SIGN_BIT));
 }
 
-/* The tangent, within 1.5 units in the last place; beside zeros and poles an error of the angle of 2e-29 |x| comes to
- * it. NaN beyond EG_LARGEST_ANGLE. */
+/* The tangent, within 1.5 units in the last place and an error of the angle of 2e-29 |x|, which counts near zeros and
+ * poles; NaN beyond EG_LARGEST_ANGLE. */
 static inline eg_wide eg_tan(eg_wide x)
 {
     eg_wide s1, s2, c1, c2;
@@ -405,7 +405,7 @@ static inline eg_wide eg_add_octants(eg_wide k, eg_wide x, eg_wide low)
 /* The angle of the point (x, y), 0 <= y <= x, or of its mirror image at y = x, if steep, and then at x = 0, if left.
  *
  * arctan(y/x) = pi/4 - arctan((x - y) / (x + y)) from y/x = 1/2 on; the series of the arc tangent is a minimax
- * polynomial, and products of pieces give what the quotient leaves out.
+ * polynomial, and products of pieces give the rest of the quotient.
  */
 static inline eg_wide eg_octant_angle(eg_wide y, eg_wide x, eg_bits steep, eg_bits left)
 {

@@ -53,7 +53,7 @@ def values(library: Library, x: np.ndarray, y: np.ndarray | float = 1.0) -> np.n
 
 
 def units(found: np.ndarray, exact: Callable[..., mpmath.mpf], *arguments: np.ndarray) -> np.ndarray:
-    """Return errors in units in the last place of what is exact."""
+    """Return errors in units in the last place of the exact values."""
     with mpmath.workdps(40):
         errors = []
         for value, *numbers in zip(found.tolist(), *(x.tolist() for x in arguments), strict=True):
@@ -134,7 +134,7 @@ def test_special_arguments(functions: Callable[..., np.ndarray]) -> None:
 
 @pytest.mark.slow_cases("quick-lanes", "fast-double")
 def test_tangents_of_large_angles(functions: Callable[..., np.ndarray], rng: np.random.Generator) -> None:
-    """Beside zeros and poles the error of the reduced angle comes to the stated one."""
+    """Near zeros and poles the error of the reduced angle comes to the stated one."""
     x = np.concatenate([rng.uniform(-1e10, 1e10, 300), np.round(rng.uniform(-1e10, 1e10, 100)) * (np.pi / 2)])
     x = x[np.abs(x) <= 1e10]
     with mpmath.workdps(40):
