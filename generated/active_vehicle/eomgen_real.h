@@ -381,7 +381,7 @@ static inline eg_wide eg_with_sign(eg_wide magnitude, eg_wide x)
     return eg_from_bits(eg_to_bits(magnitude) | (eg_to_bits(x) & EG_SIGN_BIT));
 }
 
-/* The tangent, within 1.5 units in the last place and an error of the angle of 2e-29 |x|, which counts near zeros and
+/* The tangent, within 1.6 units in the last place and an error of the angle of 2e-29 |x|, which counts near zeros and
  * poles; NaN beyond EG_LARGEST_ANGLE. */
 static inline eg_wide eg_tan(eg_wide x)
 {
@@ -415,12 +415,13 @@ static inline eg_wide eg_octant_angle(eg_wide y, eg_wide x, eg_bits steep, eg_bi
     const eg_wide s = n / d, s1 = eg_upper(s), d1 = eg_upper(d), d2 = (d - d1) + ((x - d) + added);
     const eg_wide rest = (((n - s1 * d1) - s1 * d2) - (s - s1) * d) * (one / d);
     const eg_wide z = s * s, z2 = z * z, z4 = z2 * z2;
-    const eg_wide arctangent = ((EG_WIDE(-0.33333333333333326) + z * EG_WIDE(0.199999999999916))
-        + z2 * (EG_WIDE(-0.14285714284106285) + z * EG_WIDE(0.11111110990139439)))
-        + z4 * (((EG_WIDE(-0.0909090437030812) + z * EG_WIDE(0.07692198451193971))
-        + z2 * (EG_WIDE(-0.06665052856006493) + z * EG_WIDE(0.058664967430182555)))
-        + z4 * ((EG_WIDE(-0.051575161942075405) + z * EG_WIDE(0.04283578607531205))
-        + z2 * (EG_WIDE(-0.02895351950344181) + z * EG_WIDE(0.011152906777947166))));
+    const eg_wide arctangent = ((EG_WIDE(-0.3333333333333333) + z * EG_WIDE(0.19999999999999488))
+        + z2 * (EG_WIDE(-0.14285714285599188) + z * EG_WIDE(0.11111111100917366)))
+        + z4 * (((EG_WIDE(-0.09090908620322158) + z * EG_WIDE(0.0769229471253153))
+        + z2 * (EG_WIDE(-0.06666435677102797) + z * EG_WIDE(0.05879578428252931)))
+        + z4 * (((EG_WIDE(-0.0524009949916087) + z * EG_WIDE(0.04628024829886792))
+        + z2 * (EG_WIDE(-0.038066535648503555) + z * EG_WIDE(0.02500650186282815)))
+        + z4 * EG_WIDE(-0.009215790864615657)));
     const eg_wide first = eg_blend(middle, one, zero), second = eg_blend(steep, EG_WIDE(2.0) - first, first);
     const eg_wide times = eg_from_bits(eg_to_bits(one) ^ ((steep ^ left) & EG_SIGN_BIT));
     const eg_wide k = eg_blend(left, EG_WIDE(4.0) - second, second);
@@ -525,7 +526,7 @@ static inline eg_wide eg_hyperbolic(eg_wide x, int part)
 static inline eg_wide eg_sinh(eg_wide x) { return eg_with_sign(eg_hyperbolic(x, 0), x); }
 static inline eg_wide eg_cosh(eg_wide x) { return eg_hyperbolic(x, 1); }
 
-/* The hyperbolic tangent, within 2 units in the last place: e / (e + 2), e = exp(2 |x|) - 1. */
+/* The hyperbolic tangent, within 1.4 units in the last place: e / (e + 2), e = exp(2 |x|) - 1. */
 static inline eg_wide eg_tanh(eg_wide x)
 {
     const eg_wide round = EG_WIDE(6755399441055744.0), most = EG_WIDE(20.0), size = eg_magnitude(x);
@@ -534,9 +535,10 @@ static inline eg_wide eg_tanh(eg_wide x)
     const eg_wide r = eg_reduce(two * eg_blend(EG_MASK(size > most), most, size), EG_WIDE(0.0), &n, &rest);
     const eg_wide power = eg_power_of_two(n + round);
     eg_hyperbolic_series(r, &sine, &cosine);
-    const eg_wide e = (power - one) + power * (r + (cosine + (sine + rest))), d = e + two, q = e / d;
-    const eg_wide lost = (e - (d - two)) * (one / d); /* by the sum, of small x */
-    return eg_with_sign(q - q * lost, x);
+    const eg_wide less = power - one, more = cosine + (sine + rest), sum = r + more, times = power * sum;
+    const eg_wide e = less + times, e_low = ((less - e) + times) + power * ((r - sum) + more);
+    const eg_wide d = e + two, d_low = e_low + (e - (d - two)), q = e / d; /* d_low matters, and is exact, below 2 */
+    return eg_with_sign(q + (e_low - q * d_low) * (one / d), x);
 }
 
 #define EG_TAN(x) eg_tan(x)

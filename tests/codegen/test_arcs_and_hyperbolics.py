@@ -19,7 +19,7 @@ from tests.codegen.hand_made import call, compile_system, make_system
 
 NAMES = ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
 #: The errors in units in the last place that the texts of the functions state.
-STATED = {"tan": 1.5, "asin": 1.2, "acos": 1.2, "atan": 1.0, "sinh": 1.4, "cosh": 1.4, "tanh": 2.0, "atan2": 1.0}
+STATED = {"tan": 1.6, "asin": 1.2, "acos": 1.2, "atan": 1.0, "sinh": 1.4, "cosh": 1.4, "tanh": 1.4, "atan2": 1.0}
 LARGEST, SMALLEST = np.finfo(float).max, 5e-324
 BUILDS = [(profile, real) for profile in ("quick", "fast") for real in ("double", "lanes")]
 HEADER = environment().get_template("c/model/eomgen_real.h.jinja").render()
@@ -164,7 +164,7 @@ def test_double_and_lanes_take_three_exact_functions_of_the_c_library() -> None:
 
 @pytest.mark.parametrize(
     ("name", "function", "first", "count"),
-    [("arctangent", mpmath.atan, -1 / mpmath.mpf(3), 12), ("arcsine", mpmath.asin, 1 / mpmath.mpf(6), 13)],
+    [("arctangent", mpmath.atan, -1 / mpmath.mpf(3), 13), ("arcsine", mpmath.asin, 1 / mpmath.mpf(6), 13)],
 )
 def test_series_of_arcs_are_minimax_polynomials(
     name: str, function: Callable[..., mpmath.mpf], first: mpmath.mpf, count: int
