@@ -402,18 +402,10 @@ static inline eg_wide eg_add_octants(eg_wide k, eg_wide x, eg_wide low)
     return sum + ((((start - sum) + x) + k * EG_WIDE(3.061616997868383e-17)) + low);
 }
 
-/* The angle of the point (x, y), 0 <= y <= x, or of its mirror image at y = x, if steep, and then at x = 0, if left.
- *
- * arctan(y/x) = pi/4 - arctan((x - y) / (x + y)) from y/x = 1/2 on; the series of the arc tangent is a minimax
- * polynomial, and products of pieces give the rest of the quotient.
- */
-static inline eg_wide eg_octant_angle(eg_wide y, eg_wide x, eg_bits steep, eg_bits left)
+/* The arc tangent of s less s, |s| <= 1/2: a minimax polynomial. Tails of arcs of tiny numbers do not count and are
+ * left out, since powers that underflow are slow. */
+static inline eg_wide eg_arctangent_tail(eg_wide s)
 {
-    const eg_wide zero = EG_WIDE(0.0), one = EG_WIDE(1.0);
-    const eg_bits middle = EG_MASK(y + y > x);
-    const eg_wide added = eg_blend(middle, y, zero), d = x + added, n = y - eg_blend(middle, x, zero); /* n exact */
-    const eg_wide s = n / d, s1 = eg_upper(s), d1 = eg_upper(d), d2 = (d - d1) + ((x - d) + added);
-    const eg_wide rest = (((n - s1 * d1) - s1 * d2) - (s - s1) * d) * (one / d);
     const eg_wide z = s * s, z2 = z * z, z4 = z2 * z2;
     const eg_wide arctangent = ((EG_WIDE(-0.3333333333333333) + z * EG_WIDE(0.19999999999999488))
         + z2 * (EG_WIDE(-0.14285714285599188) + z * EG_WIDE(0.11111111100917366)))
@@ -422,10 +414,25 @@ static inline eg_wide eg_octant_angle(eg_wide y, eg_wide x, eg_bits steep, eg_bi
         + z4 * (((EG_WIDE(-0.0524009949916087) + z * EG_WIDE(0.04628024829886792))
         + z2 * (EG_WIDE(-0.038066535648503555) + z * EG_WIDE(0.02500650186282815)))
         + z4 * EG_WIDE(-0.009215790864615657)));
+    return s * z * arctangent;
+}
+
+/* The angle of the point (x, y), 0 <= y <= x, or of its mirror image at y = x, if steep, and then at x = 0, if left.
+ *
+ * arctan(y/x) = pi/4 - arctan((x - y) / (x + y)) from y/x = 1/2 on; products of pieces give the rest of the quotient.
+ */
+static inline eg_wide eg_octant_angle(eg_wide y, eg_wide x, eg_bits steep, eg_bits left)
+{
+    const eg_wide zero = EG_WIDE(0.0), one = EG_WIDE(1.0);
+    const eg_bits middle = EG_MASK(y + y > x);
+    const eg_wide added = eg_blend(middle, y, zero), d = x + added, n = y - eg_blend(middle, x, zero); /* n exact */
+    const eg_wide s = n / d, s1 = eg_upper(s), d1 = eg_upper(d), d2 = (d - d1) + ((x - d) + added);
+    const eg_wide rest = (((n - s1 * d1) - s1 * d2) - (s - s1) * d) * (one / d);
+    const eg_wide tail = eg_blend(EG_MASK(eg_magnitude(s) > EG_WIDE(1e-8)), eg_arctangent_tail(s), zero);
     const eg_wide first = eg_blend(middle, one, zero), second = eg_blend(steep, EG_WIDE(2.0) - first, first);
     const eg_wide times = eg_from_bits(eg_to_bits(one) ^ ((steep ^ left) & EG_SIGN_BIT));
     const eg_wide k = eg_blend(left, EG_WIDE(4.0) - second, second);
-    return eg_add_octants(k, times * s, times * (rest + s * z * arctangent));
+    return eg_add_octants(k, times * s, times * (rest + tail));
 }
 
 /* The arc tangent, within 1 unit in the last place. */
@@ -452,14 +459,10 @@ static inline eg_wide eg_atan2(eg_wide y, eg_wide x)
     return eg_with_sign(eg_octant_angle(u, v, steep, 0 - (eg_to_bits(x) >> 63)), y);
 }
 
-/* The arc sine of |x| up to 1/2, and beyond (*far) of s = sqrt((1 - |x|)/2), as s + *tail; its series is a minimax
- * polynomial. */
-static inline eg_wide eg_arc_sine(eg_wide x, eg_bits *far, eg_wide *tail)
+/* The arc sine of s less s, s^2 = z <= 1/4: a minimax polynomial. */
+static inline eg_wide eg_arcsine_tail(eg_wide s, eg_wide z)
 {
-    const eg_wide size = eg_magnitude(x), half = EG_WIDE(0.5);
-    const eg_bits beyond = EG_MASK(size > half);
-    const eg_wide z = eg_blend(beyond, half - half * size, size * size), z2 = z * z, z4 = z2 * z2;
-    const eg_wide s = eg_blend(beyond, eg_sqrt(z), size);
+    const eg_wide z2 = z * z, z4 = z2 * z2;
     const eg_wide arcsine = ((EG_WIDE(0.16666666666666669) + z * EG_WIDE(0.07499999999998433))
         + z2 * (EG_WIDE(0.044642857146355436) + z * EG_WIDE(0.030381944138530886)))
         + z4 * (((EG_WIDE(0.02237217294216482) + z * EG_WIDE(0.017352392720506888))
@@ -467,7 +470,17 @@ static inline eg_wide eg_arc_sine(eg_wide x, eg_bits *far, eg_wide *tail)
         + z4 * (((EG_WIDE(0.010322814725719012) + z * EG_WIDE(0.005457505063167516))
         + z2 * (EG_WIDE(0.017400884058616724) + z * EG_WIDE(-0.014851894447373372)))
         + z4 * EG_WIDE(0.02875785651315159)));
-    *tail = s * z * arcsine;
+    return s * z * arcsine;
+}
+
+/* The arc sine of |x| up to 1/2, and beyond (*far) of s = sqrt((1 - |x|)/2), as s + *tail. */
+static inline eg_wide eg_arc_sine(eg_wide x, eg_bits *far, eg_wide *tail)
+{
+    const eg_wide size = eg_magnitude(x), half = EG_WIDE(0.5);
+    const eg_bits beyond = EG_MASK(size > half);
+    const eg_wide z = eg_blend(beyond, half - half * size, size * size);
+    const eg_wide s = eg_blend(beyond, eg_sqrt(z), size);
+    *tail = eg_blend(EG_MASK(s > EG_WIDE(1e-8)), eg_arcsine_tail(s, z), EG_WIDE(0.0));
     *far = beyond;
     return s;
 }
@@ -526,19 +539,26 @@ static inline eg_wide eg_hyperbolic(eg_wide x, int part)
 static inline eg_wide eg_sinh(eg_wide x) { return eg_with_sign(eg_hyperbolic(x, 0), x); }
 static inline eg_wide eg_cosh(eg_wide x) { return eg_hyperbolic(x, 1); }
 
-/* The hyperbolic tangent, within 1.4 units in the last place: e / (e + 2), e = exp(2 |x|) - 1. */
-static inline eg_wide eg_tanh(eg_wide x)
+/* The hyperbolic tangent of x from 0 to 20: e / (e + 2), e = exp(2 x) - 1. */
+static inline eg_wide eg_rising_tanh(eg_wide x)
 {
-    const eg_wide round = EG_WIDE(6755399441055744.0), most = EG_WIDE(20.0), size = eg_magnitude(x);
+    const eg_wide round = EG_WIDE(6755399441055744.0), one = EG_WIDE(1.0), two = EG_WIDE(2.0);
     eg_wide n, rest, sine, cosine;
-    const eg_wide one = EG_WIDE(1.0), two = EG_WIDE(2.0);
-    const eg_wide r = eg_reduce(two * eg_blend(EG_MASK(size > most), most, size), EG_WIDE(0.0), &n, &rest);
-    const eg_wide power = eg_power_of_two(n + round);
+    const eg_wide r = eg_reduce(two * x, EG_WIDE(0.0), &n, &rest), power = eg_power_of_two(n + round);
     eg_hyperbolic_series(r, &sine, &cosine);
     const eg_wide less = power - one, more = cosine + (sine + rest), sum = r + more, times = power * sum;
     const eg_wide e = less + times, e_low = ((less - e) + times) + power * ((r - sum) + more);
     const eg_wide d = e + two, d_low = e_low + (e - (d - two)), q = e / d; /* d_low matters, and is exact, below 2 */
-    return eg_with_sign(q + (e_low - q * d_low) * (one / d), x);
+    return q + (e_low - q * d_low) * (one / d);
+}
+
+/* The hyperbolic tangent, within 1.4 units in the last place; friction takes it of large and of tiny numbers mostly. */
+static inline eg_wide eg_tanh(eg_wide x)
+{
+    const eg_wide size = eg_magnitude(x);
+    const eg_wide most = eg_blend(EG_MASK(size > EG_WIDE(20.0)), EG_WIDE(1.0), size);
+    const eg_bits between = EG_MASK(size > EG_WIDE(1e-8)) & EG_MASK(size <= EG_WIDE(20.0));
+    return eg_with_sign(eg_blend(between, eg_rising_tanh(size), most), x);
 }
 
 #define EG_TAN(x) eg_tan(x)
