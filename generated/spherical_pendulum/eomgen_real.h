@@ -128,8 +128,8 @@ static inline float eg_far_rest(float x, eg_bits *quadrant)
     const uint64_t upper = (((uint64_t)words[0] << 32) | words[1]) << (start % 32);
     const uint64_t lower = (((uint64_t)words[1] << 32) | words[2]) << (start % 32);
     const eg_bits turn = (eg_bits)(number * (upper >> 32) + ((number * (lower >> 32)) >> 32));
-    const eg_bits quarters = (turn + (UINT32_C(1) << 29)) >> 30;
-    const float rest = (float)(int32_t)(turn - (quarters << 30)) * 1.4629181e-9f; /* pi/2 / 2^30 */
+    const eg_bits quarters = (turn + 0x20000000) >> 30;
+    const float rest = (float)(int)(turn - (quarters << 30)) * 1.4629181e-9f; /* pi/2 / 2^30 */
     *quadrant = x < 0.0f ? 0 - quarters : quarters;
     return x < 0.0f ? -rest : rest;
 }
