@@ -1,8 +1,8 @@
 """Operations of a tape: codes, values on constants, input symbols, operation counts, and elementary functions.
 
 A new elementary function is a member of ``Op`` and a row of ``ELEMENTARY``: formulas, the tape, derivatives, Taylor
-series, NumPy, SymPy, the tape engine and the generated C iterate over the rows. The C library has the functions as
-``name``, ``namef`` and ``cname``.
+series, NumPy, SymPy, the tape engine and the generated C iterate over the rows. The generated C has a text ``eg_name``
+for double and lanes, and takes ``namef`` and ``cname`` of the C library for float and complex.
 """
 
 from __future__ import annotations

@@ -121,7 +121,7 @@ def test_sines_in_float_are_within_a_rounding_of_one(library: Library) -> None:
     (found,) = call(library, "circular", {"q": q})
     exact = np.column_stack([np.sin(q[:, 0]), np.cos(q[:, 0])])
     assert 5e-8 < np.max(np.abs(found - exact)) < 1e-7
-    (found,) = call(library, "circular", {"q": np.array([[6.1e6, 0.0], [np.inf, 0.0], [np.nan, 0.0]])})
+    (found,) = call(library, "circular", {"q": np.array([[np.inf, 0.0], [np.nan, 0.0]])})
     assert np.isnan(found).all()
 
 

@@ -81,7 +81,7 @@ def test_constants_are_minimax_polynomials_and_pieces_of_half_pi() -> None:
             text = re.search(rf"{name} = (.*?);", HEADER, re.DOTALL)
             written = [float(number) for number in re.findall(r"EG_WIDE\(([^)]*)\)", text.group(1))]
             assert written == [float(c) for c in mpmath.chebyfit(function, [mpmath.mpf(0), width], 6)[::-1]]
-        own = HEADER[HEADER.index("void eg_sincos_wide") :]
+        own = HEADER[HEADER.index("eg_bits eg_sincos_sums") :]
         pieces = [float(number) for number in re.findall(r"n \* EG_WIDE\(([^)]*)\)", own[: own.index("\n}")])]
         rest = mpmath.pi / 2
         for bits, piece, sign in zip((20, 20, 53), pieces, (1, 1, -1), strict=True):  # the last one is added

@@ -100,7 +100,6 @@ def environment() -> jinja2.Environment:
     env.globals["largest_angle"] = LARGEST_ANGLE
     env.globals["elementary"] = tuple(NAMES.values())
     env.globals["circular"] = ("sin", "cos")  # taken together by ``EG_SINCOS``
-    env.globals["own_functions"] = ("exp", "log")  # of ``real_functions.h.jinja``, which compilers vectorise
     env.globals["lookup"] = Lookup
     env.globals["integers"] = integers
     env.globals["place"] = place
