@@ -260,7 +260,7 @@ HOW_TO = {
     ),
     "Equations, derivatives and code": (
         "equations_as_symbols", "exact_derivatives", "check_derivatives", "gradients_in_jax",
-        "urdf_to_c", "c_code_for_a_microcontroller", "fmu_for_simulink", "machine_without_compiler",
+        "urdf_to_c", "c_code_for_a_microcontroller", "fmu_for_simulink", "machine_without_compiler", "model_on_a_gpu",
     ),
 }  # fmt: skip  # lists of words
 

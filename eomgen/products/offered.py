@@ -11,6 +11,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "ensembles": ("ensemble", "simulate_many"),
     "fields": ("fields", "hamiltonian", "sample", "sampling"),
     "fmu": ("fmu",),
+    "gpu": ("cuda",),
     "laws": ("law", "laws"),
     "linear": (
         "calibration",

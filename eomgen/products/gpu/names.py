@@ -9,13 +9,13 @@ class CudaNames(CNames):
     """Names of C with types of arrays that a call chooses.
 
     Functions with an argument ``EG_IN q`` or ``EG_OUT tau`` are templates: a kernel calls these with views of columns
-    or rows of its arrays, a stepper with pointers. Statements are those of the C.
+    or rows of its arrays, a stepper with pointers. Statements are the same as in C.
     """
 
     def input_type(self, block: str) -> str:
         """Return the declaration of an input argument: ``EG_IN q``."""
         return super().input_type(block) if block in ("p", "base", "t") else f"EG_IN {block}"
 
-    def output_type(self, argument: str, *, restrict: bool = True) -> str:
+    def output_type(self, argument: str, *, real: str = "real", restrict: bool = True) -> str:
         """Return the declaration of an array that a function fills: ``EG_OUT tau``."""
         return f"EG_OUT {argument}"

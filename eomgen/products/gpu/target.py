@@ -6,8 +6,12 @@ same text for the host, with the same bits if products are not fused with sums.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
 from eomgen.codegen.folder import MANIFEST, manifest
-from eomgen.codegen.program import Program
+from eomgen.codegen.program import Program, ProgramFunction
 from eomgen.codegen.targets.c.interface import fingerprint
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.c.target import model_in_one_file
@@ -16,18 +20,67 @@ from eomgen.products.gpu.names import CudaNames
 
 #: Threads of a block, at most; 64, 128 and 256 were equally fast on an H100.
 THREADS = 128
+#: Options by which NVRTC takes the text; the last keeps the bits: products are not fused with sums.
+NVRTC = ("--std=c++20", "-default-device", "-fmad=false")
+#: The same for a C++ compiler, which makes a library for the host.
+HOST = ("c++", "-x", "c++", "-std=c++20", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
+_STRUCTS, _HEADER_OF_STEPPER = "structs", "c/integrators/common/header.h.jinja"
 
 
-def cuda_files(program: Program) -> dict[str, str]:
-    """Return the text for the device by file name, without manifest: ``NAME.cu`` and the files that it includes."""
-    called = [function for function in program.functions if function.name != "base"]
-    templates = {"eomgen_cuda.h": "gpu/eomgen_cuda.h.jinja", f"{program.prefix}.cu": "gpu/model.cu.jinja"}
-    return model_in_one_file(program, CudaNames, templates, called=called, threads=THREADS)
+def _called(program: Program) -> list[ProgramFunction]:
+    """Return the functions that have a kernel."""
+    return [function for function in program.functions if function.name != "base"]
+
+
+def cuda_files(program: Program, more: Mapping[str, str] = MappingProxyType({}), **known: object) -> dict[str, str]:
+    """Return the text for the device by file name, without manifest: ``NAME.cu`` and the files that it includes.
+
+    Parameters
+    ----------
+    more : templates of further files, by name
+    known : names for these templates
+    """
+    templates = {"eomgen_cuda.h": "gpu/eomgen_cuda.h.jinja", f"{program.prefix}.cu": "gpu/model.cu.jinja", **more}
+    return model_in_one_file(program, CudaNames, templates, called=_called(program), threads=THREADS, **known)
+
+
+def _kernels(program: Program) -> dict[str, dict[str, Any]]:
+    """Return by the name of each kernel its function and its arrays, in order, with the numbers of a sample."""
+    return {
+        f"{program.prefix}_{function.name}_kernel": {
+            "function": function.name,
+            "inputs": [{"name": block, "size": program.input_size(block)} for block in function.inputs],
+            "outputs": [{"name": output.argument, "size": output.size} for output in function.outputs],
+        }
+        for function in _called(program)
+    }
+
+
+def _thread_bytes(program: Program, real: str, structs: str) -> dict[str, int]:
+    """Return the bytes of the structs ``state`` and ``workspace`` of a run, from their declarations in C."""
+    from cffi import FFI  # noqa: PLC0415  # slow to import
+
+    declarations, prefix, p = FFI(), program.prefix, program.sizes["p"]
+    declarations.cdef(
+        f"typedef {real} eomgen_real;"
+        f"typedef struct {{ {f'eomgen_real all[{p}]' if p else 'char none'}; }} {prefix}_parameters;"
+        f"typedef struct {{ eomgen_real all[{program.sizes['base'] or 1}]; }} {prefix}_base_state;{structs}"
+    )
+    return {name: declarations.sizeof(f"{prefix}_{name}") for name in ("state", "workspace")}
 
 
 def _files(program: Program) -> dict[str, str]:
-    files = cuda_files(program)
-    return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), threads=THREADS)}
+    """Return the texts of the folder by file name."""
+    real = str(program.defaults.get("real", "double"))
+    options = ["-DEOMGEN_REAL_FLOAT"] * (real == "float")
+    commands = {"nvrtc": [*NVRTC, *options], "host": " ".join([*HOST, *options, f"{program.prefix}.cu"])}
+    templates = {"README.md": "gpu/README.md.jinja"} | ({_STRUCTS: _HEADER_OF_STEPPER} if program.method else {})
+    files = cuda_files(program, templates, commands=commands)
+    structs = files.pop(_STRUCTS, None)
+    kernels = {"kernels": _kernels(program), "threads": THREADS}
+    if structs is not None:
+        kernels["thread_bytes"] = _thread_bytes(program, real, structs)
+    return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **commands, **kernels)}
 
 
 CUDA = Target("cuda", "CUDA C++", NAMES, _files, steppers=True)
