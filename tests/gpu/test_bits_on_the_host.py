@@ -79,3 +79,13 @@ def test_laws_in_c_are_part_of_the_text(
     pair = Pair(wheel_scene(TYRE_LAW, tmp_path), tmp_path, method="rk4")
     assert_equal_functions(pair, rng)
     assert_equal_runs(pair, STEPS)
+
+
+@pytest.mark.slow
+@pytest.mark.long_cases("cable_net", "elastic_pendulum", "hanging_chain", "misaligned_four_bar", "unbalanced_shaft")
+@pytest.mark.parametrize("name", sorted(path.parent.name for path in EXAMPLES.glob("*/scene.toml")))
+def test_examples_have_the_bits_of_the_c(name: str, tmp_path: Path, rng: np.random.Generator) -> None:
+    """Without optimisation, which changes no bit and takes most of the time."""
+    pair = Pair(EXAMPLES / name / "scene.toml", tmp_path, level="-O0")
+    assert_equal_functions(pair, rng)
+    assert_equal_runs(pair, STEPS)
