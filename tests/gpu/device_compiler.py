@@ -18,15 +18,26 @@ import eomgen
 
 ROOT = Path(__file__).parents[2]
 TABLE = Path(__file__).parent / "registers.json"
-#: Models with budgets: file of ``examples`` or robot of ``benchmarks.robots``, and functions.
+#: Models with budgets: file of ``examples`` or robot of ``benchmarks.robots``, and functions; ``step``: the stepper.
 MODELS: dict[str, tuple[str, ...]] = {
     "panda": ("inverse_dynamics", "forward_dynamics", "partials"),
     "talos": ("inverse_dynamics", "forward_dynamics"),
-    "four_bar": ("inverse_dynamics", "partials", "constraint_jacobian"),
-    "active_vehicle": ("forward_dynamics", "partials"),
-    "spin_up_beam": ("forward_dynamics", "partials"),
+    "four_bar": ("inverse_dynamics", "partials", "constraint_jacobian", "step"),
+    "active_vehicle": ("forward_dynamics", "partials", "step"),
+    "spin_up_beam": ("forward_dynamics", "partials", "step"),
 }
-_ENTRY = r"entry function '(\w+)'.*\n.*\n.* (\d+) bytes stack frame, (\d+) bytes .*, (\d+) bytes .*\n.*Used (\d+)"
+#: A kernel of steps, after the model and its stepper.
+STEP = """
+EG_KERNEL(128) P_step_kernel(const P_parameters *p, const P_settings *settings, P_state *states, long steps)
+{
+    P_workspace work;
+    P_state state = states[EG_THREAD];
+    memset(&work, 0, sizeof work);
+    while (steps-- > 0 && !P_step(p, settings, &state, &work, NULL))
+        continue;
+    states[EG_THREAD] = state;
+}
+"""
 
 
 def folder_of_libraries() -> Path | None:
@@ -53,18 +64,25 @@ def version() -> str:
     return ".".join(str(number.value) for number in numbers)
 
 
-def compile_text(folder: Path, *options: str) -> tuple[int, str]:
-    """Return status and log of NVRTC for a folder of the target ``cuda``, by the options of its manifest."""
+def compile_text(folder: Path, *options: str, step: bool = False) -> tuple[int, str]:
+    """Return status and log of NVRTC for a folder of the target ``cuda``, by the options of its manifest.
+
+    Parameters
+    ----------
+    options : further ones
+    step : a kernel of steps is compiled in place of the kernels of functions
+    """
     data = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
     name = f"{data['model']}.cu"
     texts = dict.fromkeys(("math.h", "string.h", "stddef.h", "stdint.h"), "")
     texts |= {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.suffix in (".c", ".h")}
+    text = (folder / name).read_text(encoding="utf-8")
+    if step:
+        text = text[: text.index("/*", text.index("_step.c"))] + STEP.replace("P_", f"{data['model']}_")
     every = [*data["nvrtc"], "-w", *options]
     library, program = _library(), ctypes.c_void_p()
-    text = (folder / name).read_bytes()
-    library.nvrtcCreateProgram(
-        ctypes.byref(program), text, name.encode(), len(texts), _strings([*texts.values()]), _strings([*texts])
-    )
+    included = len(texts), _strings([*texts.values()]), _strings([*texts])
+    library.nvrtcCreateProgram(ctypes.byref(program), text.encode(), name.encode(), *included)
     status = library.nvrtcCompileProgram(program, len(every), _strings(every))
     size = ctypes.c_size_t()
     library.nvrtcGetProgramLogSize(program, ctypes.byref(size))
@@ -78,35 +96,29 @@ def _strings(texts: Sequence[str]) -> Any:
     return (ctypes.c_char_p * len(texts))(*(text.encode() for text in texts))
 
 
-def usage(model: str) -> dict[str, dict[str, int]]:
-    """Return registers of a thread, and bytes of its stack and of registers in memory, for the functions of a model on
-    an H100 or H200."""
+def usage(model: str, function: str) -> dict[str, int]:
+    """Return registers of a thread, bytes of its stack with all calls, and bytes of registers that are stored and
+    loaded, for a kernel on an H100 or H200."""
     if model in ("panda", "talos"):
         from benchmarks.robots import ROBOTS, scene
 
         described: Any = scene(ROBOTS[model])
     else:
         described = ROOT / "examples" / model / "scene.toml"
+    step = function == "step"
     with tempfile.TemporaryDirectory() as folder:
-        eomgen.generate(described, folder, list(MODELS[model]), target="cuda")
-        status, log = compile_text(Path(folder), "-arch=sm_90", "--ptxas-options=-v")
+        eomgen.generate(described, folder, None if step else [function], target="cuda")
+        status, log = compile_text(Path(folder), "-arch=sm_90", "--ptxas-options=-v", step=step)
     assert status == 0, log
-    rows = {name: numbers for name, *numbers in re.findall(_ENTRY, log)}
-    names = {
-        function: next(name for name in rows if name.endswith(f"_{function}_kernel")) for function in MODELS[model]
-    }
-    return {
-        function: {
-            "registers": int(rows[name][3]),
-            "stack": int(rows[name][0]),
-            "spills": sum(map(int, rows[name][1:3])),
-        }
-        for function, name in names.items()
-    }
+    part = next(text for text in log.split("Compiling entry function")[1:] if f"_{function}_kernel'" in text)
+    stack = re.findall(r"(\d+) bytes cumulative stack", part) or re.findall(r"(\d+) bytes stack frame", part)
+    (registers,) = re.findall(r"Used (\d+) registers", part)
+    spills = re.findall(r"(\d+) bytes spill", log if step else part)
+    return {"registers": int(registers), "stack": int(stack[0]), "spills": sum(map(int, spills))}
 
 
 if __name__ == "__main__":
     assert sys.argv[1:] == ["--update"]
-    rows = {f"{model} {function}": row for model in MODELS for function, row in usage(model).items()}
+    rows = {f"{model} {function}": usage(model, function) for model in MODELS for function in MODELS[model]}
     lines = ",\n".join(f"  {json.dumps(name)}: {json.dumps(row)}" for name, row in rows.items())
     TABLE.write_text(f'{{\n "version": "{version()}",\n "kernels": {{\n{lines}\n }}\n}}\n', encoding="utf-8")

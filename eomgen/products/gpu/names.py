@@ -12,6 +12,9 @@ class CudaNames(CNames):
     or rows of its arrays, a stepper with pointers. Statements are the same as in C.
     """
 
+    keeps_turns = False
+    called = "EG_CALLED "
+
     def input_type(self, block: str) -> str:
         """Return the declaration of an input argument: ``EG_IN q``."""
         return super().input_type(block) if block in ("p", "base", "t") else f"EG_IN {block}"

@@ -153,6 +153,11 @@ def _lookup(name: str, values: tuple[int, ...]) -> Lookup:
 class CNames:
     """C texts for the names, declarations and argument lists of one Program, used by the templates."""
 
+    #: Whether steppers keep cosines and sines of the distances in a grid of times.
+    keeps_turns = True
+    #: Word before large functions of steppers that are called from several places.
+    called = ""
+
     def __init__(self, program: Program) -> None:
         self.program = program
         self.prefix = program.prefix
