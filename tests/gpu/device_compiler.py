@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 TABLE = Path(__file__).parent / "registers.json"
 #: Models with budgets: file of ``examples`` or robot of ``benchmarks.robots``, and functions; ``step``: the stepper.
 MODELS: dict[str, tuple[str, ...]] = {
-    "panda": ("inverse_dynamics", "forward_dynamics", "partials"),
+    "panda": ("inverse_dynamics", "forward_dynamics", "partials", "partials_rows"),
     "talos": ("inverse_dynamics", "forward_dynamics"),
     "four_bar": ("inverse_dynamics", "partials", "constraint_jacobian", "step"),
     "active_vehicle": ("forward_dynamics", "partials", "step"),
@@ -107,7 +107,7 @@ def usage(model: str, function: str) -> dict[str, int]:
         described = ROOT / "examples" / model / "scene.toml"
     step = function == "step"
     with tempfile.TemporaryDirectory() as folder:
-        eomgen.generate(described, folder, None if step else [function], target="cuda")
+        eomgen.generate(described, folder, None if step else [function.removesuffix("_rows")], target="cuda")
         status, log = compile_text(Path(folder), "-arch=sm_90", "--ptxas-options=-v", step=step)
     assert status == 0, log
     part = next(text for text in log.split("Compiling entry function")[1:] if f"_{function}_kernel'" in text)

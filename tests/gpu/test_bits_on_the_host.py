@@ -81,6 +81,12 @@ def test_laws_in_c_are_part_of_the_text(
     assert_equal_runs(pair, STEPS)
 
 
+def test_kernels_for_rows_have_the_bits_of_the_functions(tmp_path: Path, rng: np.random.Generator) -> None:
+    pair = Pair(scene("active_vehicle/scene"), tmp_path, level="-O0", terms=["partials"])
+    assert [name for name in pair.kernels if "_rows_" in name] == ["active_vehicle_partials_rows_kernel"]
+    assert_equal_functions(pair, rng)
+
+
 @pytest.mark.slow
 @pytest.mark.long_cases("cable_net", "elastic_pendulum", "hanging_chain", "misaligned_four_bar", "unbalanced_shaft")
 @pytest.mark.parametrize("name", sorted(path.parent.name for path in EXAMPLES.glob("*/scene.toml")))

@@ -20,6 +20,8 @@ from eomgen.products.gpu.names import CudaNames
 
 #: Threads of a block, at most; 64, 128 and 256 were equally fast on an H100.
 THREADS = 128
+#: Threads of a block that writes rows together, and numbers of the longest output, at least and at most.
+ROWS_TOGETHER, LEAST, MOST = 64, 32, 90
 #: Options by which NVRTC takes the text; the last keeps the bits: products are not fused with sums.
 NVRTC = ("--std=c++20", "-default-device", "-fmad=false")
 #: The same for a C++ compiler, which makes a library for the host.
@@ -32,6 +34,11 @@ def _called(program: Program) -> list[ProgramFunction]:
     return [function for function in program.functions if function.name != "base"]
 
 
+def _in_rows(program: Program) -> list[ProgramFunction]:
+    """Return the functions with a kernel for rows: outputs are long, and fit in the memory of a block."""
+    return [item for item in _called(program) if LEAST <= max(output.size for output in item.outputs) <= MOST]
+
+
 def cuda_files(program: Program, more: Mapping[str, str] = MappingProxyType({}), **known: object) -> dict[str, str]:
     """Return the text for the device by file name, without manifest: ``NAME.cu`` and the files that it includes.
 
@@ -41,18 +48,22 @@ def cuda_files(program: Program, more: Mapping[str, str] = MappingProxyType({}),
     known : names for these templates
     """
     templates = {"eomgen_cuda.h": "gpu/eomgen_cuda.h.jinja", f"{program.prefix}.cu": "gpu/model.cu.jinja", **more}
-    return model_in_one_file(program, CudaNames, templates, called=_called(program), threads=THREADS, **known)
+    known = {"called": _called(program), "in_rows": (), "threads": THREADS, "together": ROWS_TOGETHER, **known}
+    return model_in_one_file(program, CudaNames, templates, **known)
 
 
 def _kernels(program: Program) -> dict[str, dict[str, Any]]:
-    """Return by the name of each kernel its function and its arrays, in order, with the numbers of a sample."""
+    """Return kernels by name: function, arrays in order with the numbers of a sample, and threads of a block, at most
+    or, if it writes rows, exactly."""
     return {
-        f"{program.prefix}_{function.name}_kernel": {
+        f"{program.prefix}_{function.name}{ending}_kernel": {
             "function": function.name,
             "inputs": [{"name": block, "size": program.input_size(block)} for block in function.inputs],
             "outputs": [{"name": output.argument, "size": output.size} for output in function.outputs],
+            "threads": threads,
         }
-        for function in _called(program)
+        for functions, ending, threads in ((_called(program), "", THREADS), (_in_rows(program), "_rows", ROWS_TOGETHER))
+        for function in functions
     }
 
 
@@ -75,9 +86,9 @@ def _files(program: Program) -> dict[str, str]:
     options = ["-DEOMGEN_REAL_FLOAT"] * (real == "float")
     commands = {"nvrtc": [*NVRTC, *options], "host": " ".join([*HOST, *options, f"{program.prefix}.cu"])}
     templates = {"README.md": "gpu/README.md.jinja"} | ({_STRUCTS: _HEADER_OF_STEPPER} if program.method else {})
-    files = cuda_files(program, templates, commands=commands)
+    files = cuda_files(program, templates, commands=commands, in_rows=_in_rows(program))
     structs = files.pop(_STRUCTS, None)
-    kernels = {"kernels": _kernels(program), "threads": THREADS}
+    kernels: dict[str, object] = {"kernels": _kernels(program)}
     if structs is not None:
         kernels["thread_bytes"] = _thread_bytes(program, real, structs)
     return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **commands, **kernels)}
