@@ -39,7 +39,7 @@ $(VENV)/installed-test: $(VENV)/made pyproject.toml
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-all: $(VENV)/made pyproject.toml
-	$(INSTALL) '.[test,dev,notebook,compiler,docs]'
+	$(INSTALL) '.[test,dev,notebook,compiler,docs,gpu]'
 	@touch $@ $(VENV)/installed-test $(VENV)/installed-docs $(VENV)/installed
 
 $(VENV)/installed-docs: $(VENV)/made pyproject.toml

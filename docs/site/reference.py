@@ -432,7 +432,7 @@ def c_pages() -> Iterator[Page]:
     with TemporaryDirectory() as folder:
         generate(load_toml(scene), folder, method="rk4")
         header = (Path(folder) / f"{name}.h").read_text(encoding="utf-8")
-    declared = header.partition('extern "C" {\n#endif\n')[2].rpartition("#ifdef __cplusplus")[0]
+    declared = header.partition('extern "C" {\n#endif\n')[2].rpartition("#if defined(__cplusplus)")[0]
     model, mark, stepper = declared.partition("/* ---- time integration")
     parts = {"Sizes": "#define", "Data": "typedef struct", "Functions of the equations": ""}
     shown: dict[str, list[str]] = {title: [] for title in parts}

@@ -61,7 +61,8 @@ def generate(
     target : str
         The language: ``c``; ``casadi`` or ``acados``, whose files have one step with derivatives in place of a stepper,
         if there is such a step; a named ``method`` without it is a UsageError or ModelError; ``ros2`` or ``cortex-m4``,
-        controllers around the inverse dynamics, without a stepper; or a language of another distribution.
+        controllers around the inverse dynamics, without a stepper; ``cuda``, the C with a kernel for each function, for
+        GPUs; or a language of another distribution.
     real : str
         Number type that the compile command of the folder chooses: ``double`` or ``float``; the scene's by default. The
         files serve both.

@@ -12,7 +12,7 @@
 
 #include "eomgen_real.h"
 
-#ifdef __cplusplus
+#if defined(__cplusplus) && !defined(EOMGEN_CUDA)
 extern "C" {
 #endif
 
@@ -329,7 +329,7 @@ active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *si
  * step. */
 active_vehicle_status active_vehicle_simulator_outputs(active_vehicle_simulator *simulator, eomgen_real *y);
 
-#ifdef __cplusplus
+#if defined(__cplusplus) && !defined(EOMGEN_CUDA)
 }
 #endif
 #endif

@@ -46,7 +46,7 @@ typedef double eomgen_real;
 #define EG_REAL_IS_DOUBLE 1
 #endif
 
-#ifndef __cplusplus /* C++ callers need the type only */
+#if !defined(__cplusplus) || defined(EOMGEN_CUDA) /* other C++ needs the type only */
 
 #include <math.h>
 #include <stdint.h>
@@ -704,7 +704,7 @@ static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_selec
 
 #define EG_SINCOS(x, sine, cosine) eg_sincos(x, sine, cosine)
 /* Angles in a loop: for lanes and without vector registers the given ones, else filled up to whole registers. */
-#if defined(EOMGEN_REAL_LANES) || (defined(__arm__) && !defined(__ARM_NEON))
+#if defined(EOMGEN_REAL_LANES) || defined(EOMGEN_CUDA) || (defined(__arm__) && !defined(__ARM_NEON))
 #define EG_ANGLES(there, filled) (there)
 #else
 #define EG_ANGLES(there, filled) (filled)
@@ -720,7 +720,9 @@ static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_selec
 
 /* Parts of a function are not inlined, for any type: within one function compilers fuse products with sums. GCC 12
  * drops calls of parts that store in loops if it may look into them (it addresses the workspace from a table). */
-#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
+#if defined(EOMGEN_CUDA)
+#define EG_NOINLINE
+#elif defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
 #define EG_NOINLINE __attribute__((noipa))
 #elif defined(__GNUC__)
 #define EG_NOINLINE __attribute__((noinline))

@@ -12,7 +12,7 @@
 
 #include "eomgen_real.h"
 
-#ifdef __cplusplus
+#if defined(__cplusplus) && !defined(EOMGEN_CUDA)
 extern "C" {
 #endif
 
@@ -329,7 +329,7 @@ bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simul
  * step. */
 bouncing_ball_status bouncing_ball_simulator_outputs(bouncing_ball_simulator *simulator, eomgen_real *y);
 
-#ifdef __cplusplus
+#if defined(__cplusplus) && !defined(EOMGEN_CUDA)
 }
 #endif
 #endif

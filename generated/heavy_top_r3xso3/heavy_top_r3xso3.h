@@ -12,7 +12,7 @@
 
 #include "eomgen_real.h"
 
-#ifdef __cplusplus
+#if defined(__cplusplus) && !defined(EOMGEN_CUDA)
 extern "C" {
 #endif
 
@@ -355,7 +355,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulat
  * or step. */
 heavy_top_r3xso3_status heavy_top_r3xso3_simulator_outputs(heavy_top_r3xso3_simulator *simulator, eomgen_real *y);
 
-#ifdef __cplusplus
+#if defined(__cplusplus) && !defined(EOMGEN_CUDA)
 }
 #endif
 #endif

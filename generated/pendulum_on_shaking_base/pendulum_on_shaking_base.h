@@ -12,7 +12,7 @@
 
 #include "eomgen_real.h"
 
-#ifdef __cplusplus
+#if defined(__cplusplus) && !defined(EOMGEN_CUDA)
 extern "C" {
 #endif
 
@@ -308,7 +308,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum
 pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_outputs(
     pendulum_on_shaking_base_simulator *simulator, eomgen_real *y);
 
-#ifdef __cplusplus
+#if defined(__cplusplus) && !defined(EOMGEN_CUDA)
 }
 #endif
 #endif

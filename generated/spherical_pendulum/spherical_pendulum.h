@@ -12,7 +12,7 @@
 
 #include "eomgen_real.h"
 
-#ifdef __cplusplus
+#if defined(__cplusplus) && !defined(EOMGEN_CUDA)
 extern "C" {
 #endif
 
@@ -276,7 +276,7 @@ spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_s
  * or step. */
 spherical_pendulum_status spherical_pendulum_simulator_outputs(spherical_pendulum_simulator *simulator, eomgen_real *y);
 
-#ifdef __cplusplus
+#if defined(__cplusplus) && !defined(EOMGEN_CUDA)
 }
 #endif
 #endif

@@ -355,7 +355,7 @@ def compile_runs(
         program, refusal = write_program(request, CUDA, build_reproducible, for_runs=True)
         if refusal:
             raise _refusal(refusal)
-        return {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, states=False)}
+        return {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, called=())}
 
     content = library_content(document, front_end, selection, method) + head.encode()
     return compile_cubin(texts, _NAME, architecture, content=content)

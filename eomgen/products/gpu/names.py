@@ -13,12 +13,13 @@ class CudaNames(CNames):
     a thread computes them again, since its memory is slower than the work.
     """
 
-    tables_of_turns = False
+    keeps_turns = False
+    called = "EG_CALLED "
 
     def input_type(self, block: str) -> str:
         """Return the declaration of an input argument: ``EG_IN q``."""
         return super().input_type(block) if block in ("p", "base", "t") else f"EG_IN {block}"
 
-    def output_type(self, argument: str, *, restrict: bool = True) -> str:
+    def output_type(self, argument: str, *, real: str = "real", restrict: bool = True) -> str:
         """Return the declaration of an array that a function fills: ``EG_OUT tau``."""
         return f"EG_OUT {argument}"

@@ -6,64 +6,87 @@ same text for the host, with the same bits if products are not fused with sums.
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
 
 from eomgen.codegen.folder import MANIFEST, manifest
-from eomgen.codegen.program import Program
+from eomgen.codegen.program import Program, ProgramFunction
 from eomgen.codegen.targets.c.interface import fingerprint
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.c.target import model_in_one_file
 from eomgen.codegen.targets.target import Target
 from eomgen.products.gpu.names import CudaNames
 
-#: Bytes of numbers in C.
-_SIZES = {"eomgen_real": 8, "double": 8, "long": 8, "int": 4, "eomgen_bits": 8}
 #: Threads of a block, at most; 64, 128 and 256 were equally fast on an H100.
 THREADS = 128
+#: Threads of a block that writes rows together, and numbers of the longest output, at least and at most.
+ROWS_TOGETHER, LEAST, MOST = 64, 32, 90
+#: Options by which NVRTC takes the text; the last keeps the bits: products are not fused with sums.
+NVRTC = ("--std=c++20", "-default-device", "-fmad=false")
+#: The same for a C++ compiler, which makes a library for the host.
+HOST = ("c++", "-x", "c++", "-std=c++20", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
+_STRUCTS, _HEADER_OF_STEPPER = "structs", "c/integrators/common/header.h.jinja"
 
 
-def cuda_files(program: Program, *, states: bool = True) -> dict[str, str]:
+def _in_rows(program: Program) -> list[ProgramFunction]:
+    """Return the functions with a kernel for rows: outputs are long, and fit in the memory of a block."""
+    return [item for item in program.functions if LEAST <= max(output.size for output in item.outputs) <= MOST]
+
+
+def cuda_files(program: Program, more: Mapping[str, str] = MappingProxyType({}), **known: object) -> dict[str, str]:
     """Return the text for the device by file name, without manifest: ``NAME.cu`` and the files that it includes.
 
     Parameters
     ----------
-    states : whether there are kernels for functions of states
+    more : templates of further files, by name
+    known : names for these templates
     """
-    called = program.functions if states else []
-    templates = {"eomgen_cuda.h": "gpu/eomgen_cuda.h.jinja", f"{program.prefix}.cu": "gpu/model.cu.jinja"}
-    return model_in_one_file(program, CudaNames, templates, called=called, threads=THREADS)
+    templates = {"eomgen_cuda.h": "gpu/eomgen_cuda.h.jinja", f"{program.prefix}.cu": "gpu/model.cu.jinja", **more}
+    known = {"called": program.functions, "in_rows": (), "threads": THREADS, "together": ROWS_TOGETHER, **known}
+    return model_in_one_file(program, CudaNames, templates, **known)
+
+
+def _kernels(program: Program) -> dict[str, dict[str, Any]]:
+    """Return kernels by name: function, arrays in order with the numbers of a sample, and threads of a block, at most
+    or, if it writes rows, exactly."""
+    return {
+        f"{program.prefix}_{function.name}{ending}_kernel": {
+            "function": function.name,
+            "inputs": [{"name": block, "size": program.input_size(block)} for block in function.inputs],
+            "outputs": [{"name": output.argument, "size": output.size} for output in function.outputs],
+            "threads": threads,
+        }
+        for functions, ending, threads in ((program.functions, "", THREADS), (_in_rows(program), "_rows", ROWS_TOGETHER))
+        for function in functions
+    }
+
+
+def _thread_bytes(program: Program, real: str, structs: str) -> dict[str, int]:
+    """Return the bytes of the structs ``state`` and ``workspace`` of a run, from their declarations in C."""
+    from cffi import FFI  # noqa: PLC0415  # slow to import
+
+    declarations, prefix, p = FFI(), program.prefix, program.sizes["p"]
+    declarations.cdef(
+        f"typedef {real} eomgen_real;"
+        f"typedef struct {{ {f'eomgen_real all[{p}]' if p else 'char none'}; }} {prefix}_parameters;"
+        f"typedef struct {{ eomgen_real all[{program.sizes['base'] or 1}]; }} {prefix}_base_state;{structs}"
+    )
+    return {name: declarations.sizeof(f"{prefix}_{name}") for name in ("state", "workspace")}
 
 
 def _files(program: Program) -> dict[str, str]:
-    files, facts = cuda_files(program), {"threads": THREADS}
-    if program.method:
-        header = files[f"{program.prefix}.h"]
-        facts["run_bytes"] = sum(bytes_of(header, f"{program.prefix}_{part}") for part in ("state", "workspace"))
-    return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **facts)}
-
-
-def bytes_of(header: str, name: str) -> int:
-    """Return the bytes of a struct in a header of C, in double, with the alignment of a 64-bit device."""
-    return _layout_of(header, name)[0]
-
-
-def _layout_of(header: str, name: str) -> tuple[int, int]:
-    """Return bytes and alignment of a type."""
-    before, closing, _ = header.partition(f"\n}} {name};")
-    if not closing or name in _SIZES:
-        simple = _SIZES.get(name, 4)  # else an enumeration
-        return simple, simple
-    code = "".join(part.rpartition("*/")[2] for part in before.rpartition("\ntypedef struct ")[2].split("/*"))
-    code = code.partition("{")[2]
-    place, widest = 0, 1
-    for declaration in code.split(";")[:-1]:
-        kind, _, declared = declaration.strip().partition(" ")
-        size, alignment = _layout_of(header, kind)
-        widest = max(widest, alignment)
-        for member in declared.split(","):
-            count = math.prod(int(factor.rstrip("] ")) for part in member.split("[")[1:] for factor in part.split("*"))
-            place = -(-place // alignment) * alignment + count * size
-    return -(-place // widest) * widest, widest
+    """Return the texts of the folder by file name."""
+    real = str(program.defaults.get("real", "double"))
+    options = ["-DEOMGEN_REAL_FLOAT"] * (real == "float")
+    commands = {"nvrtc": [*NVRTC, *options], "host": " ".join([*HOST, *options, f"{program.prefix}.cu"])}
+    templates = {"README.md": "gpu/README.md.jinja"} | ({_STRUCTS: _HEADER_OF_STEPPER} if program.method else {})
+    files = cuda_files(program, templates, commands=commands, in_rows=_in_rows(program))
+    structs = files.pop(_STRUCTS, None)
+    kernels: dict[str, object] = {"kernels": _kernels(program)}
+    if structs is not None:
+        kernels["thread_bytes"] = _thread_bytes(program, real, structs)
+    return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **commands, **kernels)}
 
 
 CUDA = Target("cuda", "CUDA C++", NAMES, _files, steppers=True)

@@ -153,6 +153,11 @@ def _lookup(name: str, values: tuple[int, ...]) -> Lookup:
 class CNames:
     """C texts for the names, declarations and argument lists of one Program, used by the templates."""
 
+    #: Whether steppers keep cosines and sines of the distances in a grid of times.
+    keeps_turns = True
+    #: Word before large functions of steppers that are called from several places.
+    called = ""
+
     def __init__(self, program: Program) -> None:
         self.program = program
         self.prefix = program.prefix
@@ -166,12 +171,9 @@ class CNames:
             return f"const {self.prefix}_base_state *base"
         return "real t" if block == "t" else f"const real *{block}"
 
-    #: Whether a stepper keeps tables of sines and cosines that all its runs have in common.
-    tables_of_turns = True
-
-    def output_type(self, argument: str, *, restrict: bool = True) -> str:
-        """Return the declaration of an array that a function fills: ``real *restrict tau``."""
-        return f"real *{'restrict ' if restrict else ''}{argument}"
+    def output_type(self, argument: str, *, real: str = "real", restrict: bool = True) -> str:
+        """Return the declaration of an array that a function fills: ``real *restrict tau``. ``real``: number type."""
+        return f"{real} *{'restrict ' if restrict else ''}{argument}"
 
     def input_size(self, block: str) -> str:
         """Return the number of reals in an input block as C text: a macro of the model's header, ``1`` for ``t``."""
@@ -234,7 +236,7 @@ class CNames:
     def shared_parameters(self, text: ProgramShared, real: str = "real") -> str:
         """Return the parameter list in C of a shared stretch: the workspace, outputs of the caller, places, numbers if
         any. ``real`` is the number type."""
-        texts = [f"{real} *restrict {name}" for name in self.shared_outputs(text)]
+        texts = [self.output_type(name, real=real) for name in self.shared_outputs(text)]
         texts.append(f"const {self.place_type} *restrict at")
         return ", ".join([*texts, *(["const double *restrict k"] if text.numbers else [])])
 
@@ -363,11 +365,10 @@ class CNames:
             "carry": "carry[{}]",
         }
 
-    @staticmethod
-    def loop_parameters(loop: ProgramLoop, real: str = "real") -> str:
+    def loop_parameters(self, loop: ProgramLoop, real: str = "real") -> str:
         """Return the parameters of a loop: inputs, and outputs or targets of additions."""
         names = [f"r{k}" for k in range(loop.outputs)] if loop.additions else ["r"]
-        return ", ".join([f"const {real} *restrict g", *(f"{real} *restrict {name}" for name in names)])
+        return ", ".join([f"const {real} *restrict g", *(self.output_type(name, real=real) for name in names)])
 
     @staticmethod
     def addition_tables(items: Sequence[Addition]) -> str:

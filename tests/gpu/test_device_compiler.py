@@ -1,0 +1,38 @@
+"""NVRTC takes the text of each example, and kernels take the registers of ``registers.json``; not collected if NVRTC is
+not installed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from tests.gpu.device_compiler import MODELS, TABLE, compile_text, folder_of_libraries, usage, version
+
+__test__ = folder_of_libraries() is not None
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SCENES = sorted(path.parent.name for path in EXAMPLES.glob("*/scene.toml"))
+#: Registers and bytes that another version of NVRTC may take more.
+ALLOWANCE = 1.25
+
+
+@pytest.mark.slow
+@pytest.mark.long_cases("elastic_pendulum", "hanging_chain", "misaligned_four_bar", "unbalanced_shaft")
+@pytest.mark.parametrize("name", SCENES)
+def test_the_text_of_an_example_compiles_in_double_and_in_float(name: str, tmp_path: Path) -> None:
+    eomgen.generate(EXAMPLES / name / "scene.toml", tmp_path, target="cuda")
+    for number in ([], ["-DEOMGEN_REAL_FLOAT"]):
+        status, log = compile_text(tmp_path, "-arch=compute_90", "--Ofast-compile=max", *number)
+        assert status == 0, log
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [f"{model} {function}" for model in MODELS for function in MODELS[model]])
+def test_a_kernel_takes_the_registers_of_the_table(name: str) -> None:
+    table = json.loads(TABLE.read_text(encoding="utf-8"))
+    now, most = usage(*name.split()), table["kernels"][name]
+    if version() == table["version"]:
+        assert now == most, "if the change is meant: python -m tests.gpu.device_compiler --update"
+    assert all(number <= ALLOWANCE * most[key] + 16 for key, number in now.items())
