@@ -38,7 +38,10 @@ class Plan:
     added : from the number of a Map to the results that the loop adds to outputs at the end.
     maps : from the number of a Map to the loop of the Map (several joined Maps may have one loop), and the position of
         the Map's first result among the loop's results.
+    angles_first : whether sines and cosines of inputs come first, side by side.
     """
+
+    angles_first = True
 
     def __init__(
         self,
