@@ -107,6 +107,7 @@ TABLE_OF_DOORS: dict[str, str] = {
     ),
     "products.controllers": "base codegen errors symbolic",
     "products.laws": "base cli errors formula scene symbolic system toolchain",
+    "products.gpu": "base codegen",
     "products.linear": (
         "base cli compiled errors formula lie pipeline results scene simulation solvers system products.statics"
     ),
@@ -224,6 +225,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "run_sensitivities",
         "linearise",
     ),
+    "products.gpu": ("live_values", "passes"),
     "products.linear": (
         "eigenvalues freedom other_words spectra",
         "modes multiblade plots state_space",

@@ -67,8 +67,8 @@ def to_program(
     part_limit, nest_limit : int
         Operations per compiled part and per statement at most.
     live_limit : int
-        Live values per part at most, in functions without loops; parts then compute again what earlier ones have
-        computed, and have any length. 0: parts by length.
+        Live values per part at most, in functions without loops; parts then compute values of earlier parts
+        again, and have any length. 0: parts by length.
     names : Names
         Of the target language; C's by default.
     scheduled : bool

@@ -1,8 +1,8 @@
 """Parts of a function with few live values, for processors on which a value that waits in memory is dear: a GPU has
 registers for about 110 numbers of a thread, and values beyond them move through memory for each thread.
 
-Each part computes some outputs. It computes again what earlier parts have computed, except for values that are cheaper
-to read from the workspace, which a minimum cut finds. Within a part, the best of three orders is taken: the recorded
+Each part computes some outputs, and values of earlier parts again, except for values that are cheaper to read from the
+workspace, which a minimum cut finds. Within a part, the best of three orders is taken: the recorded
 paragraphs, and depth first with the deepest or the largest operand first (as Sethi and Ullman 1970 for trees).
 Operations and operands stay the same, so results have the same bits.
 """
@@ -15,52 +15,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from itertools import chain
 
 from eomgen.base.data import dataclass
-from eomgen.codegen.program import NEST_LIMIT, Expression, FunctionPart, Statement
 from eomgen.codegen.scheduling.plan import Plan
 from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import Ref
 
-#: Operations that take as long as to write a number to the memory of a GPU and to read it (H100: 16 bytes at 3.0 TB/s,
-#: 15.8e12 operations per second).
-PRICE = 84
 #: Cost of operations other than sums and products, in operations.
 _COSTS: Mapping[Op, int] = {Op.DIV: 8, **dict.fromkeys((*UNARY, Op.POW, Op.ATAN2, Op.CURVE), 20), Op.ABS: 1}
-#: Expressions that read no local value.
-_LEAVES = frozenset({"K", "in", "w", "row", "numbers", "choice", "cell", "cells"})
 
 
-def live_values(part: FunctionPart) -> int:
-    """Return the largest number of local values that a statement of a part makes or later statements read."""
-    return _most_live([_step(statement) for statement in part.statements])
-
-
-def _step(statement: Statement) -> tuple[list[int], list[int]]:
-    """Return the local values that a statement reads, and the values that it makes."""
-    match statement.kind, statement.data:
-        case "let", (made, expression):
-            return _locals(expression), [made]
-        case "sincos", (sine, cosine, angle):
-            return _locals(angle), [sine, cosine]
-        case "angles", (triples,):
-            made = [value for *pair, _ in triples for value in pair]
-            return [value for *_, angle in triples for value in _locals(angle)], made
-        case "out" | "save", (*_, expression):
-            return _locals(expression), []
-        case "repeat", (_, _, read, *_):
-            return [value for expression in read for value in _locals(expression)], []
-    return [], []
-
-
-def _locals(expression: Expression) -> list[int]:
-    if isinstance(expression, int):
-        return [abs(expression)]
-    kind, *operands = expression
-    if kind in _LEAVES:
-        return []
-    return [value for operand in operands[: 1 if kind == "CURVE" else None] for value in _locals(operand)]
-
-
-def _most_live(steps: Sequence[tuple[Sequence[int], Sequence[int]]]) -> int:
+def most_live(steps: Sequence[tuple[Sequence[int], Sequence[int]]]) -> int:
     """Return the largest number of values that are made and read later, or made at the moment. ``steps`` are the values
     that are read and the values that are made."""
     last = {value: number for number, (reads, _) in enumerate(steps) for value in reads}
@@ -83,17 +46,19 @@ class LivePart:
     live: int
 
 
-def split_by_live_values(plan: Plan, outputs: Sequence[Sequence[Ref]], limit: int) -> list[LivePart]:
+def split_by_live_values(plan: Plan, outputs: Sequence[Sequence[Ref]], limit: int, price: int = 84) -> list[LivePart]:
     """Return parts of a function with at most ``limit`` live values; more if one output needs more.
 
-    Outputs are taken in the order of the plan, as many for a part as the limit allows.
+    Outputs are taken in the order of the plan, as many for a part as the limit allows. A value in the workspace costs
+    as much as ``price`` operations: 84 take as long as to write a number to the memory of a GPU and to read it (H100:
+    16 bytes at 3.0 TB/s, 15.8e12 operations per second).
     """
     graph = _Graph(plan)
     roots = sorted({graph.place[abs(ref)] for ref in chain.from_iterable(outputs) if abs(ref) in graph.place})
     parts: list[LivePart] = []
     known: set[int] = set()
     while roots or not parts:
-        given = graph.cheapest_inputs(roots, known) if known else frozenset[int]()
+        given = graph.cheapest_inputs(roots, known, price) if known else frozenset[int]()
         parts.append(_longest_part(graph, roots, given, limit))
         known.update(parts[-1].order)
         roots = [root for root in roots if root not in known]
@@ -112,40 +77,12 @@ def _longest_part(graph: _Graph, roots: Sequence[int], given: frozenset[int], li
     return graph.best_order(roots[: 1 + more], given)
 
 
-class PartPlan(Plan):
-    """The plan of a part by itself: operations that earlier parts have computed as well are computed again, without
-    stores, and ``given`` ones are read from the workspace."""
-
-    angles_first = False
-
-    def __init__(self, whole: Plan, part: LivePart, outputs: Sequence[Sequence[Ref]], kept: Set[int]) -> None:
-        """Take the part's operations in order. ``outputs`` have the references that the part stores, and zeros;
-        ``kept`` are operations whose results later parts read."""
-        self.tape, self.added, self.parts = whole.tape, {}, 1
-        self.loops, self.stretches, self.maps, self.head = {}, {}, {}, {}
-        self.order, self.by_part = list(part.order), [list(part.order)]
-        self.members = {node: whole.members[node] for node in part.order if node in whole.members}
-        self.live = [member for node in part.order for member in self.group(node)]
-        self.part_of = dict.fromkeys(self.live, 0)
-        self.last_part = {node: int(node in kept) for node in self.live}
-        self.uses = dict.fromkeys(self.live, 0)
-        self.read_outside = set()
-        self._count_reads()
-        self.stores = {}
-        self._count_stores(outputs)
-        place = {member: k for k, node in enumerate(part.order) for member in self.group(node)}
-        for member in self.live:
-            for operand in map(abs, self.tape.operands(member)):
-                if place[member] - place.get(operand, len(place)) > NEST_LIMIT:
-                    self.uses[operand] += 1  # as if read twice: a nested operation would keep its operands live so far
-
-
 class _Graph:
     """Operations of a plan by their places in ``Plan.order``: operands, number of results, costs.
 
     Attributes
     ----------
-    place : the place of each operation, also of those that are computed together with an earlier one
+    place : the place of each operation, also of operations that are computed together with an earlier one
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -165,7 +102,7 @@ class _Graph:
         return min((LivePart(order, given, self._live(order)) for order in orders), key=lambda part: part.live)
 
     def _orders(self, roots: Sequence[int], given: Set[int]) -> Iterator[list[int]]:
-        needed = sorted(self._needed(roots, given))
+        needed = sorted(self._cone(roots, given))
         yield needed
         depth, below = dict.fromkeys(given, 0), dict.fromkeys(given, 0)
         for bit, k in enumerate(needed):
@@ -192,7 +129,7 @@ class _Graph:
                     order.append(last)
         return order
 
-    def _needed(self, roots: Sequence[int], given: Set[int]) -> set[int]:
+    def _cone(self, roots: Sequence[int], given: Set[int]) -> set[int]:
         needed, pending = set[int](), list(roots)
         while pending:
             k = pending.pop()
@@ -202,21 +139,21 @@ class _Graph:
         return needed
 
     def _live(self, order: Sequence[int]) -> int:
-        return _most_live([(self.operands[k], [k] * self.results[k]) for k in order])
+        return most_live([(self.operands[k], [k] * self.results[k]) for k in order])
 
-    def cheapest_inputs(self, roots: Sequence[int], known: Set[int]) -> frozenset[int]:
+    def cheapest_inputs(self, roots: Sequence[int], known: Set[int], price: int) -> frozenset[int]:
         """Return the known operations whose results are better read from memory, for the least cost of all reads and
         operations that the roots need: a minimum cut. An operation is computed, with all its operands, or read."""
         import numpy as np  # noqa: PLC0415  # SciPy takes longer to import than most functions to schedule
         from scipy.sparse import csr_array  # noqa: PLC0415
         from scipy.sparse.csgraph import breadth_first_order, maximum_flow  # noqa: PLC0415
 
-        needed = sorted(self._needed(roots, frozenset()))
+        needed = sorted(self._cone(roots, frozenset()))
         wanted = {k: 2 * n for n, k in enumerate(needed)}  # vertices: is wanted, is computed (the next number)
         source, sink, endless = 2 * len(needed), 2 * len(needed) + 1, 10**8
         edges = [(source, wanted[root], endless) for root in set(roots)]
         for k, vertex in wanted.items():
-            edges.append((vertex, vertex + 1, PRICE if k in known else endless))
+            edges.append((vertex, vertex + 1, price if k in known else endless))
             edges.append((vertex + 1, sink, self.costs[k]))
             edges += [(vertex + 1, wanted[operand], endless) for operand in self.operands[k]]
         start, end, capacity = np.array(edges, dtype=np.int32).T

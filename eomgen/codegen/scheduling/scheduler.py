@@ -15,8 +15,8 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import NEST_LIMIT, PART_LIMIT, Addition, Expression, FunctionPart, ProgramShared, Statement
 from eomgen.codegen.scheduling.accumulation import FEW_RUNS, accumulate_maps
 from eomgen.codegen.scheduling.bodies import Bodies, RunLoop
-from eomgen.codegen.scheduling.few_live import PartPlan, split_by_live_values
-from eomgen.codegen.scheduling.plan import Plan
+from eomgen.codegen.scheduling.few_live import split_by_live_values
+from eomgen.codegen.scheduling.plan import PartPlan, Plan
 from eomgen.codegen.scheduling.rerolling import (
     READ,
     UNINDEXED,
@@ -647,30 +647,14 @@ def schedule(
         return _worthwhile(tape, live, sample) if reroll else []
 
     plan = Plan(tape, apart.outputs, part_limit, reroll_loops, apart.nodes, share=bodies.shared is not None)
-    if live_limit and not (plan.loops or plan.stretches or plan.maps):
-        return _schedule_few_live(plan, outputs, input_order, nest_limit, bodies, live_limit, fill=fill)
-    return Scheduler(plan, apart.outputs, apart.additions, input_order, nest_limit, bodies).run(fill)
-
-
-def _schedule_few_live(
-    plan: Plan,
-    outputs: Sequence[Sequence[Ref]],
-    input_order: Sequence[str],
-    nest_limit: int,
-    bodies: Bodies,
-    live_limit: int,
-    *,
-    fill: bool,
-) -> Schedule:
-    """Return the Schedule with parts that read few values of earlier parts (see ``few_live``)."""
+    if not live_limit or plan.loops or plan.stretches or plan.maps:
+        return Scheduler(plan, apart.outputs, apart.additions, input_order, nest_limit, bodies).run(fill)
+    made, slots, stored = list[Schedule](), dict[int, int](), set[int]()  # slots of operations in the workspace
     parts = split_by_live_values(plan, outputs, live_limit)
-    made: list[Schedule] = []
-    slots: dict[int, int] = {}  # operations whose results are in the workspace
-    stored: set[int] = set()
     for number, part in enumerate(parts):
         later = {node for other in parts[number + 1 :] for head in other.given for node in plan.group(head)}
         left = [[ZERO if abs(ref) in stored else ref for ref in refs] for refs in outputs]
-        own = PartPlan(plan, part, left, later - slots.keys())
+        own = PartPlan(plan, part.order, left, later - slots.keys())
         writer = Scheduler(own, () if made else outputs, {}, input_order, nest_limit, bodies)
         writer.expressions = {node: ("w", slots[node]) for head in part.given for node in plan.group(head)}
         writer.slots = len(slots)
