@@ -20,7 +20,7 @@ from eomgen.system.system import Block, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system
 from tests.codegen.test_schedule import POINT, tangled
 
-LIMIT = 150
+LIMIT = 175
 
 
 def robot_function(words: str) -> tuple[System, str]:

@@ -12,11 +12,11 @@ from tests.codegen.test_few_live import robot_function
 
 #: Function of a robot -> live values of each part, operations, and values in the workspace.
 FIGURES = {
-    "panda partials": ([141, 148, 99], 4930, 0),
-    "panda forward_dynamics_derivatives": ([45, 170, 168, 165, 158, 140, 145], 13545, 7),
-    "anymal_b partials": ([145, 123, 147, 2], 8494, 21),
+    "panda partials": ([163, 147], 4073, 0),
+    "panda forward_dynamics_derivatives": ([170, 168, 165, 173, 155], 12189, 0),
+    "anymal_b partials": ([161, 153], 8175, 0),
     "talos inverse_dynamics": ([128], 3664, 0),
-    "talos forward_dynamics": ([157, 146, 146], 13882, 34),
+    "talos forward_dynamics": ([171, 173], 12562, 20),
 }
 
 

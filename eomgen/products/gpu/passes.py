@@ -15,11 +15,11 @@ from eomgen.base.data import dataclass
 from eomgen.codegen.program import FunctionPart, Program, ProgramFunction
 from eomgen.products.gpu.live_values import live_values
 
-#: Live values of a part at most, for ``to_program``. 255 registers of 32 bits hold about 110 numbers; the others fit
-#: into shared memory or the first-level cache of 256 threads.
-LIVE_LIMIT = 150
-#: Live values that stay in registers.
-REGISTERS = 92
+#: Live values of a part at most, for ``to_program``. 255 registers of 32 bits hold about 110 numbers; the rest of 256
+#: threads fits into shared memory or the first-level cache.
+LIVE_LIMIT = 175
+#: Live values that stay in registers, at least.
+REGISTERS = 88
 #: Bytes and operations in double per second (H100, measured).
 BANDWIDTH, RATE = 2.99e12, 15.8e12
 #: Instructions of an operation, with products fused and without, and of a sine with a cosine.
