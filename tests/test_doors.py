@@ -225,7 +225,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "run_sensitivities",
         "linearise",
     ),
-    "products.gpu": ("names", "target"),
+    "products.gpu": ("live_values", "passes", "names", "target"),
     "products.linear": (
         "eigenvalues freedom other_words spectra",
         "modes multiblade plots state_space",

@@ -52,6 +52,7 @@ def to_program(
     *,
     part_limit: int = PART_LIMIT,
     nest_limit: int = NEST_LIMIT,
+    live_limit: int = 0,
     names: Names = NAMES,
     scheduled: bool = True,
 ) -> Program:
@@ -65,6 +66,9 @@ def to_program(
         The functions wanted, in this order; all by default.
     part_limit, nest_limit : int
         Operations per compiled part and per statement at most.
+    live_limit : int
+        Live values per part at most, in functions without loops; parts then compute values of earlier parts
+        again, and have any length. 0: parts by length.
     names : Names
         Of the target language; C's by default.
     scheduled : bool
@@ -83,7 +87,7 @@ def to_program(
         )
     tape = system.tape
     bodies = Bodies(shared=[] if scheduled and _is_long(system, wanted) else None)
-    limits = (part_limit, nest_limit) if scheduled else None
+    limits = (part_limit, nest_limit, live_limit) if scheduled else None
     made = _functions(names, system, wanted, bodies, limits)
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
@@ -281,13 +285,14 @@ def _name_quantities(names: Names, quantities: Sequence[Quantity], prefix: str) 
 
 
 def _functions(
-    names: Names, system: System, wanted: Sequence[str], bodies: Bodies, limits: tuple[int, int] | None
+    names: Names, system: System, wanted: Sequence[str], bodies: Bodies, limits: tuple[int, int, int] | None
 ) -> tuple[ProgramFunction, ...]:
     """Return the wanted functions as functions of the Program, in the order of ``wanted``.
 
     A function with the same inputs and results as an earlier one has no statements and names this function in
     ``same_as``; the outputs may have another shape. ``bodies`` are of the whole Program, and grow in place.
-    ``limits``: operations per part and per statement at most; None for functions without statements.
+    ``limits``: operations per part and per statement, and live values, at most; None for functions without
+    statements.
     """
     made: list[ProgramFunction] = []
     known: dict[tuple[object, ...], ProgramFunction] = {}
@@ -334,14 +339,14 @@ def check_workspace(name: str, values: int) -> None:
 
 
 def _function(
-    names: Names, system: System, function: Function, bodies: Bodies, limits: tuple[int, int] | None
+    names: Names, system: System, function: Function, bodies: Bodies, limits: tuple[int, int, int] | None
 ) -> ProgramFunction:
     """Return one function as a function of the Program, with scheduled statements and all outputs that have components.
 
-    ``bodies`` belong to the whole Program and are extended in place. ``limits``: operations per part and per statement;
-    None leaves the function without statements. The function ``base`` has one output, the struct of ``BASE_SIZE``
-    numbers. Raises ModelError for an unknown input block, an output with a wrong number of components, a value that
-    depends on a block that is not an input, or a full stack.
+    ``bodies`` belong to the whole Program and are extended in place. ``limits``: operations per part and per statement,
+    and live values; None leaves the function without statements. The function ``base`` has one output, the struct of
+    ``BASE_SIZE`` numbers. Raises ModelError for an unknown input block, an output with a wrong number of components, a
+    value that depends on a block that is not an input, or a full stack.
     """
     name = names.function(function.name, "the function")
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
@@ -367,7 +372,14 @@ def _function(
         from eomgen.codegen.scheduling.scheduler import schedule  # noqa: PLC0415  # known texts need no statements
 
         result = schedule(
-            system.tape, outputs, INPUT_BLOCKS, *limits, bodies, fill=name != "base", sample=system.sample
+            system.tape,
+            outputs,
+            INPUT_BLOCKS,
+            *limits[:2],
+            bodies,
+            fill=name != "base",
+            sample=system.sample,
+            live_limit=limits[2],
         )  # the base is a struct, whose components no loop can fill
         parts, workspace, operations = result.parts, result.workspace, result.operations
     missing = sorted({block for part in parts for block in part.inputs} - set(inputs))

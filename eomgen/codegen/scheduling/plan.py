@@ -3,10 +3,11 @@ function."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from itertools import accumulate, chain
 from typing import cast
 
+from eomgen.codegen.program import NEST_LIMIT
 from eomgen.codegen.scheduling.paragraphs import reorder
 from eomgen.codegen.scheduling.rerolling import RerolledLoop
 from eomgen.codegen.scheduling.sharing import Occurrence, find_stretches
@@ -38,7 +39,10 @@ class Plan:
     added : from the number of a Map to the results that the loop adds to outputs at the end.
     maps : from the number of a Map to the loop of the Map (several joined Maps may have one loop), and the position of
         the Map's first result among the loop's results.
+    angles_first : whether sines and cosines of inputs come first, side by side.
     """
+
+    angles_first = True
 
     def __init__(
         self,
@@ -204,3 +208,28 @@ class Plan:
                 if ref != ZERO and abs(ref) in self.uses:  # most entries of a whole matrix are zero
                     self.uses[abs(ref)] += 1
                     self.stores.setdefault(abs(ref), []).append((number, component, 1 if ref > 0 else -1))
+
+
+class PartPlan(Plan):
+    """The plan of a part by itself, which computes its operations again if earlier parts have computed them."""
+
+    angles_first = False
+
+    def __init__(self, whole: Plan, order: Sequence[int], outputs: Sequence[Sequence[Ref]], kept: Set[int]) -> None:
+        """Take operations of a plan without loops in order. ``outputs`` have the references that the part stores, and
+        zeros; ``kept`` are operations whose results later parts read."""
+        self.tape, self.added, self.parts = whole.tape, {}, 1
+        self.loops, self.stretches, self.maps, self.head = {}, {}, {}, {}
+        self.order, self.by_part = list(order), [list(order)]
+        self.members = {node: whole.members[node] for node in order if node in whole.members}
+        self.live = [member for node in order for member in self.group(node)]
+        self.part_of = dict.fromkeys(self.live, 0)
+        self.last_part = {node: int(node in kept) for node in self.live}
+        self.uses, self.read_outside, self.stores = dict.fromkeys(self.live, 0), set(), {}
+        self._count_reads()
+        self._count_stores(outputs)
+        place = {member: k for k, node in enumerate(order) for member in self.group(node)}
+        for member in self.live:
+            for operand in map(abs, self.tape.operands(member)):
+                if place[member] - place.get(operand, len(place)) > NEST_LIMIT:
+                    self.uses[operand] += 1  # as if read twice: a nested operation would keep its operands live so far

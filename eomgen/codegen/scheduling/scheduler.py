@@ -15,7 +15,8 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import NEST_LIMIT, PART_LIMIT, Addition, Expression, FunctionPart, ProgramShared, Statement
 from eomgen.codegen.scheduling.accumulation import FEW_RUNS, accumulate_maps
 from eomgen.codegen.scheduling.bodies import Bodies, RunLoop
-from eomgen.codegen.scheduling.plan import Plan
+from eomgen.codegen.scheduling.few_live import split_by_live_values
+from eomgen.codegen.scheduling.plan import PartPlan, Plan
 from eomgen.codegen.scheduling.rerolling import (
     READ,
     UNINDEXED,
@@ -33,7 +34,7 @@ from eomgen.codegen.scheduling.sharing import NUMBER, Occurrence
 from eomgen.codegen.scheduling.stretches import repeat_statements
 from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import Map
-from eomgen.symbolic.operations import Op
+from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 from eomgen.system.system import WHOLE, Sample
 
@@ -554,7 +555,7 @@ class Scheduler:
             left = [
                 (component, ref)
                 for component, ref in enumerate(refs)
-                if not (fill and ref == ZERO) and abs(ref) not in self.plan.uses
+                if not (fill and ref == ZERO) and self.tape.op[abs(ref)] in LEAVES
             ]
             if self.plan.loops or len(left) >= REPEATED_FROM:
                 numbers = [item for item in left if self.tape.number(item[1]) is not None]
@@ -591,7 +592,7 @@ class Scheduler:
             if number == 0:
                 self._leaves_out(may_fill)
             if not plan.loops:
-                self._angles(plan.by_part[number])
+                self._angles(plan.by_part[number] if plan.angles_first else ())
             elif number == 0:
                 self._circular()
             begin = end = 0
@@ -624,6 +625,7 @@ def schedule(
     fill: bool = True,
     reroll: bool = True,
     sample: Sample = WHOLE,
+    live_limit: int = 0,
 ) -> Schedule:
     """Return the statements of a function, in parts, that compute the operations needed for the outputs.
 
@@ -636,6 +638,7 @@ def schedule(
     fill : whether many structural zeros may become a loop.
     reroll : whether repeats may become loops.
     sample : the longer scene for which loops are judged, if the tape belongs to a shorter sample of the scene.
+    live_limit : if not 0, functions without loops have parts with at most this number of live values, of any length.
     """
 
     apart, bodies = accumulate_maps(tape, outputs), bodies or Bodies()
@@ -644,7 +647,22 @@ def schedule(
         return _worthwhile(tape, live, sample) if reroll else []
 
     plan = Plan(tape, apart.outputs, part_limit, reroll_loops, apart.nodes, share=bodies.shared is not None)
-    return Scheduler(plan, apart.outputs, apart.additions, input_order, nest_limit, bodies).run(fill)
+    if not live_limit or plan.loops or plan.stretches or plan.maps:
+        return Scheduler(plan, apart.outputs, apart.additions, input_order, nest_limit, bodies).run(fill)
+    made, slots, stored = list[Schedule](), dict[int, int](), set[int]()  # slots of operations in the workspace
+    parts = split_by_live_values(plan, outputs, live_limit)
+    for number, part in enumerate(parts):
+        later = {node for other in parts[number + 1 :] for head in other.given for node in plan.group(head)}
+        left = [[ZERO if abs(ref) in stored else ref for ref in refs] for refs in outputs]
+        own = PartPlan(plan, part.order, left, later - slots.keys())
+        writer = Scheduler(own, () if made else outputs, {}, input_order, nest_limit, bodies)
+        writer.expressions = {node: ("w", slots[node]) for head in part.given for node in plan.group(head)}
+        writer.slots = len(slots)
+        made.append(writer.run(fill))
+        slots |= writer.crossed
+        stored.update(own.live)
+    texts = tuple(chain.from_iterable(item.parts for item in made))
+    return Schedule(texts, len(slots), sum(item.operations for item in made))
 
 
 def _worthwhile(tape: Tape, live: Sequence[int], sample: Sample) -> list[RerolledLoop]:
