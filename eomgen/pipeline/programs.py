@@ -79,8 +79,10 @@ def write_program(
         from eomgen.pipeline.generated_defaults import with_parameters  # noqa: PLC0415  # SciPy
 
         prepared = with_parameters(prepared, described, parameters)
-    # without ``begin``: texts of short scenes are not in the library of a continued Program, which has no structure
-    return front_end.program(prepared, writer.program) or writer.program(prepared, begin=begin)
+    # without ``begin``: texts of short scenes are not in the library of a continued Program, which has no structure;
+    # parts by live values of a longer scene do not follow from parts of a short one
+    continued = None if target.live_limit else front_end.program(prepared, writer.program)
+    return continued or writer.program(prepared, begin=begin)
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,10 @@ class ProgramWriter:
                 return self._with_stepper(system, functions, called, begin), ""
             except ModelError as error:
                 refusal = "; ".join(dict.fromkeys(problem.what for problem in error.problems))
-        return to_program(system, None, functions, names=self.target.names), refusal
+        return self._scheduled(system, None, functions), refusal
+
+    def _scheduled(self, system: System, data: dict[str, Any] | None, functions: Sequence[str]) -> Program:
+        return to_program(system, data, functions, names=self.target.names, live_limit=self.target.live_limit)
 
     def _with_stepper(
         self, system: System, functions: Sequence[str], called: Set[str], begin: BeginLibrary | None
@@ -131,10 +136,9 @@ class ProgramWriter:
         data = method_data(self.method, system, self.described.simulation.step)
         if self.own_settings:
             data = self._with_settings(data)
-        names = self.target.names
-        if begin is not None and (known := begin(system, data, functions, names)) is not None:
+        if begin is not None and (known := begin(system, data, functions, self.target.names)) is not None:
             return known
-        program = to_program(system, data, functions, names=names)
+        program = self._scheduled(system, data, functions)
         if not (self.for_runs and self.selection.whole):
             return program
         start = self.described.simulation.start

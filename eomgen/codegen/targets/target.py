@@ -51,6 +51,8 @@ class Target:
         these themselves by default.
     takes_method : bool
         Whether the files depend on the method that the caller names, None for no name.
+    live_limit : int
+        Live values per part of a function at most; 0: parts by length.
     """
 
     name: str
@@ -60,3 +62,4 @@ class Target:
     steppers: bool = False
     terms: Callable[[Sequence[str] | None], Sequence[str] | None] = lambda names: names
     takes_method: bool = False
+    live_limit: int = 0

@@ -17,6 +17,7 @@ from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.c.target import model_in_one_file
 from eomgen.codegen.targets.target import Target
 from eomgen.products.gpu.names import CudaNames
+from eomgen.products.gpu.passes import LIVE_LIMIT
 
 #: Threads of a block, at most; 64, 128 and 256 were equally fast on an H100.
 THREADS = 128
@@ -89,5 +90,5 @@ def _files(program: Program) -> dict[str, str]:
     return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **commands, **kernels)}
 
 
-CUDA = Target("cuda", "CUDA C++", NAMES, _files, steppers=True)
+CUDA = Target("cuda", "CUDA C++", NAMES, _files, steppers=True, live_limit=LIVE_LIMIT)
 """Kernels for NVRTC, with functions of states and whole runs."""
