@@ -24,6 +24,10 @@ RUN = """
 #if defined(__cplusplus)
 extern "C"
 #endif
+long eg_bytes(int workspace) { return workspace ? (long)sizeof(P_workspace) : (long)sizeof(P_state); }
+#if defined(__cplusplus)
+extern "C"
+#endif
 int eg_run(long steps, const eomgen_real *u_table, eomgen_real *record, long *recorded)
 {
     P_parameters p;
@@ -71,9 +75,10 @@ class Pair:
     def __init__(self, scene: Any, folder: Path, *, real: str = "double", level: str = "-O2", **options: Any) -> None:
         self.number = np.float32 if real == "float" else np.float64
         for target in ("c", "cuda"):
-            eomgen.generate(scene, folder / target, target=target, **options)
+            eomgen.generate(scene, folder / target, target=target, real=real, **options)
         data = json.loads((folder / "cuda" / "manifest.json").read_text(encoding="utf-8"))
         self.name, self.kernels, self.parameters = data["model"], data["kernels"], data["quantities"]["parameters"]
+        self.thread_bytes = data.get("thread_bytes", {})
         self.inputs_without_formula = data["sizes"]["u"] * ("inputs" not in data["functions"])
         self.has_steps = (folder / "cuda" / f"{self.name}_step.c").exists()
         flags = [

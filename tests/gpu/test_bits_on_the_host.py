@@ -68,8 +68,13 @@ def test_kernels_have_the_bits_of_the_functions_in_c(
 
 
 @pytest.mark.parametrize("kind", WITNESSES)
-def test_runs_have_the_bits_of_runs_in_c(pair_of: Callable[[str], Pair], kind: str) -> None:
-    assert_equal_runs(pair_of(kind), STEPS)
+def test_runs_have_the_bits_of_runs_in_c_and_the_bytes_of_the_manifest(
+    pair_of: Callable[[str], Pair], kind: str
+) -> None:
+    pair = pair_of(kind)
+    assert_equal_runs(pair, STEPS)
+    sizes = {"state": pair.device.eg_bytes(0), "workspace": pair.device.eg_bytes(1)}
+    assert pair.thread_bytes == sizes
 
 
 def test_laws_in_c_are_part_of_the_text(

@@ -1,0 +1,38 @@
+"""The folder of the target ``cuda``: README and manifest."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from tests.models.library import scene
+
+
+def test_readme_and_manifest_have_the_arrays_of_kernels_and_the_options(tmp_path: Path) -> None:
+    eomgen.generate(scene("arm"), tmp_path, ["mass"], target="cuda", real="float")
+    readme = (tmp_path / "README.md").read_text(encoding="utf-8")
+    data = json.loads((tmp_path / "manifest.json").read_text(encoding="utf-8"))
+    assert "| `arm_mass_kernel` | q 2 | M 4 |" in readme
+    assert "kernel(((count + 127) // 128,), (128,), (columns(q), columns(M), numpy.int64(count)))" in readme
+    assert data["nvrtc"] == ["--std=c++20", "-default-device", "-fmad=false", "-DEOMGEN_REAL_FLOAT"]
+    assert data["kernels"] == {
+        "arm_mass_kernel": {
+            "function": "mass",
+            "inputs": [{"name": "q", "size": 2}],
+            "outputs": [{"name": "M", "size": 4}],
+            "threads": 128,
+        }
+    }
+    assert "thread_bytes" not in data
+
+
+def test_a_law_in_python_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "law.py").write_text("def hill(x):\n    return x**2\n", encoding="utf-8")
+    law = {"python": "law.py", "function": "hill", "arguments": {"x": "rad"}, "results": {"height": "m"}}
+    described = scene("arm", laws={"hill": law}, outputs={"height": {"formula": "law.hill.height(q.elbow)"}})
+    with pytest.raises(eomgen.UsageError, match=r"the law is in Python, hill in law\.py: export needs C"):
+        eomgen.generate(described, tmp_path / "model", target="cuda")
