@@ -131,7 +131,7 @@ TABLE_OF_DOORS: dict[str, str] = {
     ),
     "products.solution_methods": "products.linear products.pictures",
     "products.exported": (
-        "products.comparison products.fields products.fmu products.linear products.optimisers "
+        "products.comparison products.fields products.fmu products.gpu products.linear products.optimisers "
         "products.reliability products.studies products.sympy_mechanics products.testing products.waves"
     ),
 }

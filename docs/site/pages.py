@@ -259,7 +259,7 @@ HOW_TO = {
         "fatigue_damage",
     ),
     "Equations, derivatives and code": (
-        "equations_as_symbols", "exact_derivatives", "check_derivatives", "gradients_in_jax",
+        "equations_as_symbols", "exact_derivatives", "check_derivatives", "gradients_in_jax", "models_on_a_gpu",
         "urdf_to_c", "c_code_for_a_microcontroller", "fmu_for_simulink", "machine_without_compiler",
     ),
 }  # fmt: skip  # lists of words

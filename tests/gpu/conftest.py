@@ -67,7 +67,7 @@ def cupy(monkeypatch: pytest.MonkeyPatch) -> Any:
 
         def __exit__(self, *_: object) -> None: ...
 
-    package.cuda = SimpleNamespace(Device=Device, get_current_stream=lambda: SimpleNamespace(ptr=77))
+    package.cuda = SimpleNamespace(Device=Device, get_current_stream=lambda device: SimpleNamespace(ptr=77))
     monkeypatch.setitem(sys.modules, "cupy", package)
     monkeypatch.setattr(arrays, "_READERS", dict(arrays._READERS))
     arrays._reader.cache_clear()

@@ -118,7 +118,6 @@ EXPORT status cuCtxPushCurrent_v2(void *) { ++contexts; return 0; }
 EXPORT status cuCtxPopCurrent_v2(void **) { --contexts; return 0; }
 EXPORT status cuCtxGetDevice(int *device) { *device = 0; return 0; }
 EXPORT status cuCtxSynchronize() { return contexts ? 0 : 201; }
-EXPORT status cuStreamSynchronize(void *) { count("cuStreamSynchronize"); return contexts ? 0 : 201; }
 EXPORT status cuModuleLoadData(void **module, const void *image)
 {
     const std::string folder = new_folder(), file = folder + "/kernels.so";
@@ -133,12 +132,6 @@ EXPORT status cuModuleGetFunction(void **function, void *module, const char *nam
 {
     *function = dlsym(module, (std::string(name) + "_host").c_str());
     return *function ? 0 : 500;
-}
-EXPORT status cuModuleGetGlobal_v2(uint64_t *address, size_t *size, void *module, const char *name)
-{
-    *address = (uint64_t)dlsym(module, name);
-    *size = 0;
-    return *address ? 0 : 500;
 }
 EXPORT status cuFuncGetAttribute(int *value, int, void *) { *value = 0; return 0; }
 EXPORT status cuLaunchKernel(void *function, unsigned blocks, unsigned, unsigned, unsigned block, unsigned, unsigned,
@@ -169,20 +162,15 @@ EXPORT status cuMemFree_v2(uint64_t address)
     free((void *)address);
     return 0;
 }
-EXPORT status cuMemcpyHtoDAsync_v2(uint64_t to, const void *from, size_t size, void *)
+EXPORT status cuMemcpyHtoD_v2(uint64_t to, const void *from, size_t size)
 {
     count("copies");
     memcpy((void *)to, from, size);
     return 0;
 }
-EXPORT status cuMemcpyDtoHAsync_v2(void *to, uint64_t from, size_t size, void *)
+EXPORT status cuMemcpyDtoH_v2(void *to, uint64_t from, size_t size)
 {
     count("copies");
     memcpy(to, (const void *)from, size);
-    return 0;
-}
-EXPORT status cuMemsetD8Async(uint64_t to, unsigned char value, size_t size, void *)
-{
-    memset((void *)to, value, size);
     return 0;
 }

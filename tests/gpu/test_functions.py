@@ -17,11 +17,16 @@ import pytest
 import eomgen
 from eomgen.errors import ModelError, NumericalError, ToolchainError, UsageError
 from eomgen.products.gpu import driver, nvrtc
+from eomgen.products.gpu.functions import GpuFunctions
+from eomgen.products.gpu.kernels import compile_term
+from eomgen.products.gpu.requirements import card
 from tests.gpu.arrays_on_card import OnCard, cupy_array, forget
 
 PENDULUM = "examples/double_pendulum_on_shaking_base/scene.toml"
 SERVO = "examples/pi_servo/scene.toml"
 FOUR_BAR = "examples/four_bar/scene.toml"
+CAR = "examples/active_quarter_car/scene.toml"  # with inputs by formulas, and partials that depend on time in steps
+ARM = "examples/robot_arm/scene.toml"  # forward dynamics alone have another order of operations
 SAMPLES = 7
 
 
@@ -65,18 +70,17 @@ def test_arrays_in_place_give_the_bits_of_the_processor(form: Callable[[Any], An
     assert result.flags.f_contiguous == (form is columns)
 
 
-@pytest.mark.slow_cases("servo", "four_bar")
+@pytest.mark.slow_cases("servo", "four_bar", "car", "arm")
 @pytest.mark.usefixtures("stand_in")
 @pytest.mark.filterwarnings("ignore:the arrays are NumPy's")
 @pytest.mark.parametrize(
-    "scene",
-    [pytest.param(PENDULUM, id="pendulum"), pytest.param(SERVO, id="servo"), pytest.param(FOUR_BAR, id="four_bar")],
+    "scene", [PENDULUM, SERVO, FOUR_BAR, CAR, ARM], ids=["pendulum", "servo", "four_bar", "car", "arm"]
 )
 def test_all_terms_have_the_bits_of_the_processor(scene: str) -> None:
     model = model_of(scene)
     q, v, a = states(model)
     functions = eomgen.gpu(model)
-    for term in model.terms if scene != PENDULUM else ("partials", "outputs"):
+    for term in model.terms if scene in (SERVO, FOUR_BAR) else ("forward_dynamics", "partials", "outputs"):
         expected, found = model.evaluate(term, q, v, a, 0.2), functions.evaluate(term, q, v, a, 0.2)
         assert list(found) == list(expected)
         for name, values in expected.items():
@@ -96,6 +100,8 @@ def test_arguments_broadcast_as_on_the_processor() -> None:
     found = functions.forward_dynamics(rows(q), rows(v), rows(times))
     assert np.array_equal(found, model.forward_dynamics(q, v, times))
     assert functions.forward_dynamics(rows(q[:0]), rows(v[:0])).shape == (0, 2)
+    many = np.tile(q, (50, 1))  # in three blocks of threads
+    assert np.array_equal(functions.forward_dynamics(rows(many), rows(v[0])), model.forward_dynamics(many, v[0]))
 
 
 @pytest.mark.usefixtures("cupy")
@@ -172,8 +178,14 @@ def test_refused_arrays(q: Any, v: Any, message: str) -> None:
 
 @pytest.mark.usefixtures("stand_in")
 def test_refused_models_and_options() -> None:
-    with pytest.raises(ModelError, match="four_bar has constraints: its accelerations need a solver"):
+    with pytest.raises(ModelError, match="four_bar has constraints: accelerations need a solver"):
         eomgen.gpu(model_of(FOUR_BAR)).forward_dynamics(np.zeros(3), np.zeros(3))
+    with pytest.raises(UsageError, match=r"mass: there is no argument torque; try: one of t, q, .*, stream"):
+        eomgen.gpu(model_of(PENDULUM)).evaluate("mass", np.zeros(2), torque=1.0)
+    with pytest.warns(RuntimeWarning), pytest.raises(UsageError, match="the term masses is not in this model"):
+        eomgen.gpu(model_of(PENDULUM)).evaluate("masses", np.zeros(2))
+    with pytest.raises(UsageError, match="gpu: a model is needed, not int"):
+        GpuFunctions(3)
     with pytest.raises(UsageError, match="real = 'half'"):
         eomgen.gpu(model_of(PENDULUM), real="half")
     with pytest.raises(ToolchainError, match="there is no device 3 among 1; try: device 0 to 0"):
@@ -269,6 +281,27 @@ def test_tensors_of_pytorch(stand_in: ctypes.CDLL, monkeypatch: pytest.MonkeyPat
     assert np.array_equal(stiffness.numpy(), model.partials(q, v, a)[0]) and mass.stride() == (1, 14, 7)
     with pytest.raises(UsageError, match="torch: the tensor requires a gradient"):
         functions.inverse_dynamics(tensors[0].requires_grad_(), *tensors[1:])
+
+
+def test_the_doctor_says_whether_driver_and_compiler_are_there(
+    stand_in: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert re.fullmatch(r"stand-in \(sm_90\), driver for CUDA 13.0; NVRTC 13.0 \(.*\)", card().found) and card().ok
+    monkeypatch.setattr(nvrtc, "candidates", lambda: iter(()))
+    forget()
+    assert not card().ok and card().remedy == "pip install 'eomgen[gpu]'" and not card().needed
+    monkeypatch.setattr(driver, "NAMES", ("/nowhere/libcuda.so.1",))
+    forget()
+    assert card().ok and "no driver" in card().found and "NVRTC" in card().found and not card().remedy
+
+
+@pytest.mark.slow
+def test_the_installed_compiler_takes_the_text() -> None:
+    if not [*nvrtc.candidates()]:
+        pytest.skip("NVRTC is not installed: pip install 'eomgen[gpu]'")
+    for term in ("base", "forward_dynamics"):
+        usage = compile_term(model_of(PENDULUM), term, "sm_90").usage[f"double_pendulum_on_shaking_base_{term}_kernel"]
+        assert 20 <= usage.registers <= 64 and usage.spills == 0
 
 
 LOG = """ptxas info    : 0 bytes gmem

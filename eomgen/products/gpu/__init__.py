@@ -13,3 +13,5 @@ PRODUCT = Product(
         "eomgen.targets": ("eomgen.products.gpu.target:CUDA",),
     },
 )
+#: Open to all parts of ``products``.
+WITHIN = ["functions"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,25 +13,10 @@ import numpy as np
 from eomgen.errors import Problem, UsageError
 from eomgen.products.gpu.arrays import ArrayPackage, Shape, View, merged_stride, package_of
 from eomgen.products.gpu.driver import Function
+from eomgen.products.gpu.kernels import Term
 
 #: Numbers of an array in the arguments of a kernel: address, stride of samples, stride of components.
 _WORDS = 3
-
-
-class Term:
-    """Arguments and outputs of a term: names of blocks with sizes, names of outputs with shapes.
-
-    Parameters
-    ----------
-    function : of the layout of a library
-    """
-
-    def __init__(self, function: Mapping[str, Any]) -> None:
-        self.name: str = function["name"]
-        self.blocks: tuple[str, ...] = tuple(function["inputs"])
-        self.sizes = tuple(int(size) for size in function["input_sizes"])
-        self.names = tuple(str(output["name"]) for output in function["outputs"])
-        self.shapes = [tuple(output["shape"]) for output in function["outputs"]]
 
 
 class Call:
@@ -62,7 +47,7 @@ class Call:
         self._package, self._dtype, self._device = package, dtype, kernel.device.index
         readers = [None if value is None else package_of(value) or package for value in values]
         views = [
-            None if reader is None else self._checked(block, size, reader.view(value))
+            None if reader is None else self._check_argument(block, size, reader.view(value))
             for block, size, reader, value in zip(term.blocks, term.sizes, readers, values, strict=True)
         ]
         shape = _leading_axes(term, [view for view in views if view is not None])
@@ -70,7 +55,7 @@ class Call:
         self._words = (ctypes.c_longlong * (_WORDS * arrays + 1))(*[0] * _WORDS * arrays, self._count)
         first, size = ctypes.addressof(self._words), ctypes.sizeof(ctypes.c_longlong)
         pointers = (ctypes.c_void_p * (arrays + 1))(*(first + _WORDS * size * k for k in range(arrays + 1)))
-        self._start = kernel.prepared(self._count, pointers)
+        self._start = kernel.launcher(self._count, pointers)
         self._inputs: list[tuple[int, int, Callable[[Any], int]]] = []
         self._compacted: list[tuple[int, ArrayPackage, Shape]] = []
         for k, (reader, view) in enumerate(zip(readers, views, strict=True)):
@@ -98,7 +83,7 @@ class Call:
         self._start(package.stream(self._device) if stream is None else stream)
         return results
 
-    def _checked(self, block: str, size: int, view: View) -> View:
+    def _check_argument(self, block: str, size: int, view: View) -> View:
         """Return the view of an argument, with an axis of components also of t. Raises UsageError for other numbers,
         places and shapes."""
         if block == "t":

@@ -10,13 +10,13 @@ import contextlib
 import ctypes
 import functools
 import sys
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.base.data import replace
 from eomgen.errors import NumericalError, Problem, ToolchainError
 
 #: Names of the library of the driver for the loader.
@@ -29,9 +29,9 @@ _WHERE = "driver of the card"
 _NO_MEMORY, _OTHER_CONTEXT = 2, (201, 400)
 _Read = TypeVar("_Read", bound=NDArray[Any])
 _POINTER, _SIZE, _INT, _UINT = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int, ctypes.c_uint
-#: Attributes of devices, and of functions.
+#: Attributes of devices, and one of functions.
 _PROCESSORS, _MAJOR, _MINOR = 16, 75, 76
-_LOCAL, _REGISTERS = 3, 4
+_LOCAL = 3
 
 
 @functools.cache
@@ -65,13 +65,12 @@ class Driver:
         """Load the library. Raises ToolchainError if there is no card."""
         self.calls = ctypes.CDLL(path)
         self._devices: dict[int, Device] = {}
-        self._lock = threading.Lock()
         number = _INT()
         try:
             self.call("cuInit", _UINT(0))
             self.call("cuDeviceGetCount", ctypes.byref(number))
         except ToolchainError as error:
-            raise ToolchainError(Problem("GPU", f"{error.problems[0].what} [E2271]", _INSTALL)) from None
+            raise ToolchainError(replace(error.problems[0], where="GPU", hint=_INSTALL)) from None
         self.count = number.value
         if not self.count:
             raise ToolchainError(Problem("GPU", "the driver of NVIDIA finds no card [E2272]", _INSTALL))
@@ -91,24 +90,22 @@ class Driver:
         meaning = (text.value or b"unknown").decode()
         fault = f"{name} failed with status {status}: {meaning} [E2273]"
         hint = "fewer samples" if status == _NO_MEMORY else "nvidia-smi, and a new process: errors of kernels stay"
+        if name == "cuModuleLoadData":
+            hint = f"a version of NVRTC that the driver knows, of CUDA {self.version} or older"
         return ToolchainError(Problem(_WHERE, fault, hint))
 
     def device(self, index: int = 0) -> Device:
         """Return a device by number. Raises ToolchainError for a number that no device has."""
-        found = self._devices.get(index)
-        if found is None:
-            if not 0 <= index < self.count:
-                fault = f"there is no device {index} among {self.count} [E2274]"
-                raise ToolchainError(Problem(_WHERE, fault, f"device 0 to {self.count - 1}"))
-            with self._lock:
-                found = self._devices.get(index) or self._devices.setdefault(index, Device(self, index))
-        return found
+        if not 0 <= index < self.count:
+            fault = f"there is no device {index} among {self.count} [E2294]"
+            raise ToolchainError(Problem(_WHERE, fault, f"device 0 to {self.count - 1}"))
+        return self._devices.get(index) or self._devices.setdefault(index, Device(self, index))
 
 
 def arguments_of(values: Sequence[Any]) -> Any:
     """Return the arguments of a kernel, ctypes objects, as an array of pointers that keeps the objects alive."""
     pointers: Any = (_POINTER * len(values))(*(ctypes.addressof(value) for value in values))
-    pointers.values = values  # ctypes keeps no reference to an object behind an address
+    pointers.values = values  # an address alone keeps no object alive
     return pointers
 
 
@@ -168,18 +165,17 @@ class Device:
         """Return memory of some bytes. Raises NumericalError, with both numbers, if the device has not as much."""
         return Memory(self, size)
 
-    def upload(self, array: NDArray[Any], stream: int = 0) -> Memory:
-        """Return memory with the bytes of an array."""
-        memory = self.allocate(array.nbytes)
-        memory.fill(array, stream)
+    def upload(self, array: NDArray[Any]) -> Memory:
+        """Return memory with the bytes of an array, whose copy has ended."""
+        source, memory = np.ascontiguousarray(array), self.allocate(array.nbytes)
+        address, size = ctypes.c_uint64(memory.pointer), _SIZE(source.nbytes)
+        self.call("cuMemcpyHtoD_v2", address, _POINTER(source.ctypes.data), size)
+        self.wait()  # for streams that do not wait for the default one
         return memory
 
-    def wait(self, stream: int | None = None) -> None:
-        """Wait for the end of all work on a stream, of all streams by default. Raises the error of a kernel."""
-        if stream is None:
-            self.call("cuCtxSynchronize")
-        else:
-            self.call("cuStreamSynchronize", _POINTER(stream))
+    def wait(self) -> None:
+        """Wait for the end of all work on all streams. Raises the error of a kernel."""
+        self.call("cuCtxSynchronize")
 
 
 class Module:
@@ -192,19 +188,11 @@ class Module:
 
     def function(self, name: str) -> Function:
         """Return a kernel by name."""
-        found = self._functions.get(name)
-        if found is None:
+        if name not in self._functions:
             handle = _POINTER()
             self.device.call("cuModuleGetFunction", ctypes.byref(handle), self._handle, name.encode())
-            found = self._functions.setdefault(name, Function(self.device, name, handle.value or 0))
-        return found
-
-    def constant(self, name: str) -> tuple[int, int]:
-        """Return the address and the bytes of a variable of the code."""
-        address, size = ctypes.c_uint64(), _SIZE()
-        arguments = ctypes.byref(address), ctypes.byref(size), self._handle, name.encode()
-        self.device.call("cuModuleGetGlobal_v2", *arguments)
-        return address.value, size.value
+            self._functions[name] = Function(self.device, name, handle.value or 0)
+        return self._functions[name]
 
 
 class Function:
@@ -216,19 +204,11 @@ class Function:
     @property
     def local_bytes(self) -> int:
         """Bytes of the stack and of spilled registers of a thread."""
-        return self._attribute(_LOCAL)
-
-    @property
-    def registers(self) -> int:
-        """Registers of a thread."""
-        return self._attribute(_REGISTERS)
-
-    def _attribute(self, which: int) -> int:
         number = _INT()
-        self.device.call("cuFuncGetAttribute", ctypes.byref(number), _INT(which), _POINTER(self.handle))
+        self.device.call("cuFuncGetAttribute", ctypes.byref(number), _INT(_LOCAL), _POINTER(self.handle))
         return number.value
 
-    def prepared(self, threads: int, pointers: Any, block: int = BLOCK, shared: int = 0) -> Callable[[int], None]:
+    def launcher(self, threads: int, pointers: Any, block: int = BLOCK, shared: int = 0) -> Callable[[int], None]:
         """Return a function of a stream that starts the kernel and returns before its end, for one thread of Python.
 
         Parameters
@@ -256,8 +236,8 @@ class Function:
     def launch(
         self, threads: int, arguments: Sequence[Any], stream: int = 0, block: int = BLOCK, shared: int = 0
     ) -> None:
-        """Start the kernel with ctypes objects as arguments on a stream, 0: the default stream; see ``prepared``."""
-        self.prepared(threads, arguments_of(arguments), block, shared)(stream)
+        """Start the kernel with ctypes objects as arguments on a stream, 0: the default stream; see ``launcher``."""
+        self.launcher(threads, arguments_of(arguments), block, shared)(stream)
 
 
 class Memory:
@@ -271,7 +251,6 @@ class Memory:
 
     def __init__(self, device: Device, size: int) -> None:
         self.device, self.size = device, size
-        self._free: Callable[..., None] = device.call
         self.pointer = 0
         address = ctypes.c_uint64()
         try:
@@ -284,27 +263,15 @@ class Memory:
             raise NumericalError(Problem(f"memory of {device.name}", fault, "fewer samples")) from error
         self.pointer = address.value
 
-    def fill(self, array: NDArray[Any], stream: int = 0) -> None:
-        """Copy an array of the processor to the memory, in order on a stream, and wait for the copy."""
-        source = np.ascontiguousarray(array)
-        address, size = ctypes.c_uint64(self.pointer), _SIZE(source.nbytes)
-        self.device.call("cuMemcpyHtoDAsync_v2", address, _POINTER(source.ctypes.data), size, _POINTER(stream))
-        self.device.wait(stream)
-
-    def read(self, array: _Read, stream: int = 0) -> _Read:
-        """Copy the memory to a contiguous array of the processor, in order on a stream, and return the array."""
+    def read(self, array: _Read) -> _Read:
+        """Copy the memory to a contiguous array of the processor after the work of all streams; return the array."""
+        self.device.wait()
         address, size = ctypes.c_uint64(self.pointer), _SIZE(array.nbytes)
-        self.device.call("cuMemcpyDtoHAsync_v2", _POINTER(array.ctypes.data), address, size, _POINTER(stream))
-        self.device.wait(stream)
+        self.device.call("cuMemcpyDtoH_v2", _POINTER(array.ctypes.data), address, size)
         return array
-
-    def clear(self, stream: int = 0) -> None:
-        """Set all bytes to zero, in order on a stream."""
-        address = ctypes.c_uint64(self.pointer)
-        self.device.call("cuMemsetD8Async", address, ctypes.c_ubyte(0), _SIZE(self.size), _POINTER(stream))
 
     def __del__(self) -> None:
         if getattr(self, "pointer", 0):
             with contextlib.suppress(ToolchainError):
-                self._free("cuMemFree_v2", ctypes.c_uint64(self.pointer))
+                self.device.call("cuMemFree_v2", ctypes.c_uint64(self.pointer))
             self.pointer = 0

@@ -5,29 +5,46 @@ from __future__ import annotations
 import threading
 import warnings
 from collections.abc import Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
 from eomgen.base.calls import NamedResults, checked_call, checked_calls
 from eomgen.compiled.arguments import numbers
+from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import build
 from eomgen.pipeline.requests import check_real
 from eomgen.products.gpu.arrays import ArrayPackage, CopiedArrays, package_of
-from eomgen.products.gpu.calls import Call, Term
+from eomgen.products.gpu.calls import Call
 from eomgen.products.gpu.driver import Device, Function, Memory, driver
-from eomgen.products.gpu.kernels import load_kernel
+from eomgen.products.gpu.kernels import Term, load_kernel
+from eomgen.system.system import INPUT_BLOCKS
 from eomgen.system.terms import TERMS
 
 if TYPE_CHECKING:
     from eomgen.pipeline.documents import Described
+    from eomgen.pipeline.model import Model
 
 Array = Any
 #: Prepared calls that are kept, of all threads.
 _KEPT = 1000
+#: Names of arguments that are not the name of their block.
+_BLOCKS = {"parameters": "p", "multipliers": "lam"}
+_KNOWN = frozenset(INPUT_BLOCKS)
+_NAMES = (*(block for block in INPUT_BLOCKS if block not in _BLOCKS.values()), *_BLOCKS, "out", "stream")
 _TYPES = {"double": "float64", "float": "float32"}
+
+
+class Options(TypedDict, total=False):
+    """Further arguments of functions, see ``forward_dynamics``."""
+
+    z: Array
+    parameters: Array
+    multipliers: Array
+    base: Array
+    out: Array
+    stream: int | None
 
 
 @checked_call("a model, a scene or the path of one")
@@ -61,17 +78,10 @@ def gpu(scene: Model | Described, *, real: str = "double", fused: bool = False, 
         A model with force laws in Python.
     ToolchainError
         There is no card, driver or NVRTC; the message names the remedy.
-
-    Examples
-    --------
-    >>> import cupy  # doctest: +SKIP
-    >>> functions = eomgen.gpu("panda.urdf")  # doctest: +SKIP
-    >>> q = cupy.zeros((1_000_000, 7))  # doctest: +SKIP
-    >>> functions.inverse_dynamics(q, q, q).shape  # doctest: +SKIP
-    (1000000, 7)
     """
     check_real(real)
-    return GpuFunctions(scene if isinstance(scene, Model) else build(scene), real, fused=fused, device=device)
+    model = scene if isinstance(scene, CompiledModel) else build(scene)
+    return GpuFunctions(model, real or "double", fused=fused, device=device)
 
 
 @checked_calls("eomgen.gpu(model), which makes one")
@@ -98,6 +108,9 @@ class GpuFunctions:
     """
 
     def __init__(self, model: Model, real: str = "double", *, fused: bool = False, device: int = 0) -> None:
+        if not isinstance(model, CompiledModel):
+            fault = f"a model is needed, not {type(model).__name__} [E2193]"
+            raise UsageError(Problem("gpu", fault, "eomgen.build(scene) of a mechanical scene"))
         if model.library.layout.get("python"):
             fault = f"{model.name} has force laws in Python, which no card can run [E2287]"
             raise ModelError(Problem("gpu", fault, "the laws in C, [laws] source"))
@@ -108,23 +121,14 @@ class GpuFunctions:
         self._calls: dict[tuple[Hashable, ...], Call] = {}
         self._lock = threading.Lock()
         self._constants: dict[tuple[str, int], Memory] = {}
-        self._kernels: dict[tuple[str, int], Function] = {}
+        self._kernels: dict[tuple[str, int], tuple[Function, Term]] = {}
         self._warned = False
 
     def __repr__(self) -> str:
         return f"<GpuFunctions {self._model.name}: {self._real}, {self._device.name}>"
 
     def forward_dynamics(
-        self,
-        q: Array,
-        v: Array,
-        t: Array = 0.0,
-        u: Array | None = None,
-        *,
-        z: Array | None = None,
-        parameters: Array | Mapping[str, float] | None = None,
-        out: Array | None = None,
-        stream: int | None = None,
+        self, q: Array, v: Array, t: Array = 0.0, u: Array = None, **options: Unpack[Options]
     ) -> Array:
         """Return the acceleration vdot = M^-1 (Q - h - b), (..., nv), rad/s^2 and m/s^2.
 
@@ -134,15 +138,14 @@ class GpuFunctions:
             Configuration, and left-trivialised velocity.
         t : (...) array, optional
             Time, s.
-        u, z : (..., nu) and (..., nz) arrays, optional
-            Inputs and internal states, SI units; by default inputs by the scene's formulas at t, else zero, and initial
-            internal states.
-        parameters : (..., np) array, or mapping of numbers, optional
-            Tunable parameters, all in order or some by name, SI units; else values of the scene.
-        out : array, optional
-            Takes the result; no memory is allocated then, as CUDA graphs ask for.
-        stream : int, optional
-            Handle of a stream; the current stream of the caller's package by default.
+        u : (..., nu) array, optional
+            Inputs, SI units; by default by the scene's formulas at t, else zero.
+        **options
+            ``z`` (..., nz), internal states, initial ones by default; ``parameters`` (..., np), tunable ones, or a
+            mapping of numbers, values of the scene by default; ``base`` (..., 19), by default by the scene's law at t;
+            ``multipliers`` (..., rows), zero by default; ``out``, an array that takes the result, or several if there
+            are several results, so that no memory is allocated; ``stream``, the handle of a stream, by default the
+            current one of the caller's package.
 
         Returns
         -------
@@ -155,31 +158,14 @@ class GpuFunctions:
             A wrong shape, number type or device.
         ModelError
             A scene with constraints.
-
-        Examples
-        --------
-        >>> functions.forward_dynamics(q, v, u=efforts)  # doctest: +SKIP
         """
         if self._model.multipliers:
-            fault = (
-                f"{self._model.name} has constraints: its accelerations need a solver, and kernels have none [E2288]"
-            )
+            fault = f"{self._model.name} has constraints: accelerations need a solver, and kernels have none [E2288]"
             raise ModelError(Problem("gpu", fault, "inverse_dynamics, residual; model.forward_dynamics"))
-        given = {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters}
-        return self._call("forward_dynamics", given, out, stream)[0]
+        return self._call("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, **options})[0]
 
     def inverse_dynamics(
-        self,
-        q: Array,
-        v: Array,
-        a: Array,
-        t: Array = 0.0,
-        u: Array | None = None,
-        *,
-        z: Array | None = None,
-        parameters: Array | Mapping[str, float] | None = None,
-        out: Array | None = None,
-        stream: int | None = None,
+        self, q: Array, v: Array, a: Array, t: Array = 0.0, u: Array = None, **options: Unpack[Options]
     ) -> Array:
         """Return the generalized forces that a motion needs, tau = M a + h + b - Q, (..., nv), N m and N.
 
@@ -187,7 +173,7 @@ class GpuFunctions:
         ----------
         q, v, a : (..., nq), (..., nv) and (..., nv) arrays
             Configuration, and left-trivialised velocity and acceleration.
-        t, u, z, parameters, out, stream
+        t, u, **options
             As in ``forward_dynamics``.
 
         Returns
@@ -199,54 +185,28 @@ class GpuFunctions:
         ------
         UsageError
             As in ``forward_dynamics``; scenes with constraints are not refused.
-
-        Examples
-        --------
-        >>> functions.inverse_dynamics(q, v, a)  # doctest: +SKIP
         """
-        given = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters}
-        return self._call("inverse_dynamics", given, out, stream)[0]
+        return self._call("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, **options})[0]
 
-    def mass(
-        self,
-        q: Array,
-        *,
-        parameters: Array | Mapping[str, float] | None = None,
-        out: Array | None = None,
-        stream: int | None = None,
-    ) -> Array:
+    def mass(self, q: Array, **options: Unpack[Options]) -> Array:
         """Return the mass matrix M, (..., nv, nv).
 
         Parameters
         ----------
         q : (..., nq) array
             Configuration.
-        parameters, out, stream
+        **options
             As in ``forward_dynamics``.
 
         Returns
         -------
         (..., nv, nv) array
             ``out`` if given.
-
-        Examples
-        --------
-        >>> functions.mass(q)  # doctest: +SKIP
         """
-        return self._call("mass", {"q": q, "p": parameters}, out, stream)[0]
+        return self._call("mass", {"q": q, **options})[0]
 
     def partials(
-        self,
-        q: Array,
-        v: Array,
-        a: Array,
-        t: Array = 0.0,
-        u: Array | None = None,
-        *,
-        z: Array | None = None,
-        parameters: Array | Mapping[str, float] | None = None,
-        out: Sequence[Array] | None = None,
-        stream: int | None = None,
+        self, q: Array, v: Array, a: Array, t: Array = 0.0, u: Array = None, **options: Unpack[Options]
     ) -> tuple[Array, Array, Array]:
         """Return the partials of the residual M a + h + b - Q: K in q, C in v and M in a, (..., nv, nv) each.
 
@@ -254,40 +214,26 @@ class GpuFunctions:
         ----------
         q, v, a : (..., nq), (..., nv) and (..., nv) arrays
             Configuration, and left-trivialised velocity and acceleration.
-        t, u, z, parameters, stream
+        t, u, **options
             As in ``forward_dynamics``.
-        out : sequence of arrays, optional
-            Take the results.
 
         Returns
         -------
         K, C, M : (..., nv, nv) arrays
             K left-trivialised.
-
-        Examples
-        --------
-        >>> K, C, M = functions.partials(q, v, a)  # doctest: +SKIP
         """
-        given = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters}
-        stiffness, damping, mass = self._call("partials", given, out, stream)
+        stiffness, damping, mass = self._call("partials", {"q": q, "v": v, "a": a, "t": t, "u": u, **options})
         return stiffness, damping, mass
 
     def evaluate(
         self,
         term: str,
-        q: Array | None = None,
-        v: Array | None = None,
-        a: Array | None = None,
+        q: Array = None,
+        v: Array = None,
+        a: Array = None,
         t: Array = 0.0,
-        u: Array | None = None,
-        *,
-        z: Array | None = None,
-        multipliers: Array | None = None,
-        parameters: Array | Mapping[str, float] | None = None,
-        base: Array | None = None,
-        out: Sequence[Array] | None = None,
-        stream: int | None = None,
-        **further: Array,
+        u: Array = None,
+        **more: Array,
     ) -> dict[str, Array]:
         """Return the outputs of any term, by the names of the C code.
 
@@ -295,17 +241,12 @@ class GpuFunctions:
         ----------
         term : str
             As of ``Model.evaluate``, such as ``poses`` or ``frame_jacobians``.
-        q, v, a, t, u, z, parameters, stream
-            As in ``inverse_dynamics``. Accelerations that a term needs and that are not given are those of
+        q, v, a, t, u
+            As in ``inverse_dynamics``. Accelerations that a term needs and that are not given are the result of
             ``forward_dynamics``.
-        multipliers : (..., rows) array, optional
-            Multipliers of the constraints; zero by default.
-        base : (..., 19) array, optional
-            State of the base; the scene's law at t by default.
-        out : sequence of arrays, optional
-            Take the results.
-        **further : arrays
-            Weights and time derivatives that some terms take, by the names of the C code.
+        **more : arrays
+            Options of ``forward_dynamics``, and weights and time derivatives that some terms take, by the names of the
+            C code.
 
         Returns
         -------
@@ -315,22 +256,24 @@ class GpuFunctions:
         Raises
         ------
         UsageError
-            As in ``forward_dynamics``; a term that the scene does not have.
-
-        Examples
-        --------
-        >>> functions.evaluate("poses", q)["poses"].shape  # doctest: +SKIP
+            As in ``forward_dynamics``; a term that the scene does not have; an unknown argument.
         """
-        given = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "lam": multipliers, "p": parameters, "base": base}
-        results = self._call(term, {**given, **further}, out, stream)
-        return NamedResults("output", dict(zip(self._term(term).names, results, strict=True)))
+        results = self._call(term, {"q": q, "v": v, "a": a, "t": t, "u": u, **more})
+        return NamedResults("output", dict(zip(self._terms[term].names, results, strict=True)))
 
     # -- a call ------------------------------------------------------------------------------------------------------
 
-    def _call(self, term: str, given: dict[str, Any], out: Any, stream: int | None) -> Sequence[Array]:
-        """Return the outputs of a term for arguments by block; None and t = 0.0 are the values of the scene."""
+    def _call(self, term: str, given: dict[str, Any]) -> Sequence[Array]:
+        """Return the outputs of a term for arguments and options by name; None and t = 0.0 are values of the scene."""
+        out, stream = given.pop("out", None), given.pop("stream", None)
+        for name, block in _BLOCKS.items():
+            if name in given:
+                given[block] = given.pop(name)
+        if not given.keys() <= _KNOWN:
+            fault = f"there is no argument {min(given.keys() - _KNOWN)} [E2293]"
+            raise UsageError(Problem(term, fault, f"one of {', '.join(_NAMES)}"))
         for value in given.values():
-            if value is not None and (package := package_of(value)) is not None:
+            if (package := package_of(value)) is not None:
                 return self._launch(term, given, package, value, out, stream)
         return self._with_copies(term, given, out, stream)
 
@@ -338,7 +281,7 @@ class GpuFunctions:
         self, term: str, given: dict[str, Any], package: ArrayPackage, first: Any, out: Any, stream: int | None
     ) -> Sequence[Array]:
         """Start the kernel of a term, with results of a package; ``first`` is an array on the card."""
-        plan = self._terms.get(term) or self._term(term)
+        plan = self._terms.get(term) or self._load(term, package.view(first).device)[1]
         key: list[Hashable] = [threading.get_ident(), term]
         values = []
         for block in plan.blocks:
@@ -348,7 +291,7 @@ class GpuFunctions:
                 if value is None or (block == "t" and type(value) is float and value == 0.0):
                     value = self._by_default(term, block, given, package, first, stream)
                 else:
-                    value = given[block] = self._uploaded(block, given, package, first)
+                    value = given[block] = self._upload(block, given, package, first)
                 reader = package_of(value)
             key.append(None if reader is None else reader.signature(value))
             values.append(value)
@@ -358,7 +301,7 @@ class GpuFunctions:
         if call is None:
             if len(self._calls) > _KEPT:
                 self._calls.clear()
-            call = self._calls[signature] = self._prepare(plan, values, package, first, outputs)
+            call = self._calls[signature] = self._prepare(term, values, package, first, outputs)
         return call(values, outputs, stream)
 
     def _by_default(
@@ -378,12 +321,12 @@ class GpuFunctions:
         given[block] = self._launch(source, given, package, first, None, stream)[0]
         return given[block]
 
-    def _uploaded(self, block: str, given: Mapping[str, Any], package: ArrayPackage, first: Any) -> Any:
+    def _upload(self, block: str, given: Mapping[str, Any], package: ArrayPackage, first: Any) -> Any:
         """Return an argument of numbers of the processor as an array on the card of the first array."""
-        array = self._checked(block, given[block], given).astype(self._type)
+        array = self._numbers(block, given[block], given).astype(self._type)
         return package.upload(array, package.view(first).device)
 
-    def _checked(self, block: str, value: Any, given: Mapping[str, Any]) -> Any:
+    def _numbers(self, block: str, value: Any, given: Mapping[str, Any]) -> Any:
         """Return an argument as an array of the processor, checked as arguments of the model are."""
         terms = self._model.evaluator
         if block == "u":
@@ -395,10 +338,8 @@ class GpuFunctions:
         """Return the outputs of a term for numbers of the processor."""
         if not self._warned:
             self._warned = True
-            message = (
-                "the arrays are NumPy's: their copies to the card and back take most of the time of a call [W0309]"
-            )
-            warnings.warn(f"{message}; try: arrays of CuPy, PyTorch or JAX on the card", RuntimeWarning, stacklevel=5)
+            fault = "the arrays are NumPy's, whose copies take most of the time; try: arrays on the card [W0309]"
+            warnings.warn(fault, RuntimeWarning, stacklevel=5)
         if out is not None:
             fault = "results for NumPy arrays are new arrays [E2290]"
             raise UsageError(Problem("out", fault, "no out, or arrays of CuPy or PyTorch"))
@@ -408,34 +349,30 @@ class GpuFunctions:
 
     # -- preparation -------------------------------------------------------------------------------------------------
 
-    def _term(self, term: str) -> Term:
-        """Return the arguments and outputs of a term. Raises UsageError if the scene does not have the term."""
-        if term not in self._terms:
-            functions = self._model.functions
-            if term in TERMS and term not in functions:
-                functions = self._model.having((term,)).functions
-            functions.inputs(term)  # says that the term is missing
-            self._terms[term] = Term(next(f for f in functions.library.layout["functions"] if f["name"] == term))
-        return self._terms[term]
-
-    def _prepare(
-        self, term: Term, values: Sequence[Any], package: ArrayPackage, first: Any, out: Sequence[Any]
-    ) -> Call:
-        """Return a call for arrays of this form, checked."""
-        place = package.view(first).device
+    def _load(self, term: str, place: int) -> tuple[Function, Term]:
+        """Return the kernel of a term on a device, and its arguments. Raises UsageError if the scene has no such term,
+        or for the processor in place of a device."""
+        evaluator = self._model.evaluator
+        if term not in evaluator.functions and (term not in TERMS or not evaluator.existing((term,))):
+            raise evaluator.functions.missing(term)
         if place < 0:
             fault = "the arrays are in memory of the processor [E2291]"
-            raise UsageError(Problem(term.name, fault, "arrays on the card, or NumPy arrays"))
-        device = driver().device(place)
-        key = term.name, place
+            raise UsageError(Problem(term, fault, "arrays on the card, or NumPy arrays"))
         with self._lock:
-            if key not in self._kernels:
-                self._kernels[key] = load_kernel(self._model, term.name, self._real, device, fused=self._fused)
+            if (term, place) not in self._kernels:
+                device = driver().device(place)
+                self._kernels[term, place] = load_kernel(self._model, term, self._real, device, fused=self._fused)
+            kernel, self._terms[term] = self._kernels[term, place]
+        return kernel, self._terms[term]
+
+    def _prepare(self, term: str, values: Sequence[Any], package: ArrayPackage, first: Any, out: Sequence[Any]) -> Call:
+        """Return a call for arrays of this form, checked."""
+        kernel, plan = self._load(term, package.view(first).device)
         constants = [
-            self._constant(block, device) if value is None else 0
-            for block, value in zip(term.blocks, values, strict=True)
+            self._constant(block, kernel.device) if value is None else 0
+            for block, value in zip(plan.blocks, values, strict=True)
         ]
-        return Call(term, self._kernels[key], package, self._type.name, values, constants, out)
+        return Call(plan, kernel, package, self._type.name, values, constants, out)
 
     def _constant(self, block: str, device: Device) -> int:
         """Return the address of an argument with the values of the scene."""

@@ -6,17 +6,16 @@ JAX calls ``templates/gpu/launch.c.jinja`` with its stream; Python takes no part
 from __future__ import annotations
 
 import ctypes
+from importlib import import_module
 from typing import TYPE_CHECKING
 
-from eomgen.base.products import optional_package
-from eomgen.errors import Problem
 from eomgen.products.gpu.driver import BLOCK, driver
 from eomgen.products.gpu.kernels import load_kernel
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
-#: Devices of a process at most.
+#: Devices of a process at most, and arguments of a term.
 _MOST = 16
 
 
@@ -27,6 +26,8 @@ class _Card(ctypes.Structure):
         ("launch", ctypes.c_void_p),
         ("device", ctypes.c_void_p),
         ("block", ctypes.c_uint),
+        ("inputs", ctypes.c_int),
+        ("places", ctypes.c_int * _MOST),
         ("kernels", ctypes.c_void_p * _MOST),
     )
 
@@ -47,11 +48,13 @@ class JaxCards:
 
     def kernels(self, model: Model, term: str) -> int:
         """Return the address of the kernels of a term on all cards that JAX uses. Raises ToolchainError."""
-        package, calls = optional_package("jax", Problem("jax", "the package jax is not installed")), driver().calls
+        package, calls = import_module("jax"), driver().calls
         addresses = (ctypes.cast(call, ctypes.c_void_p).value for call in (calls.cuLaunchKernel, calls.cuCtxGetDevice))
-        card = _Card(*addresses, BLOCK)
+        card, inputs = _Card(*addresses, BLOCK), model.functions.inputs(term)
         for number in sorted({numbered.local_hardware_id or 0 for numbered in package.local_devices()}):
-            card.kernels[number] = load_kernel(model, term, "double", driver().device(number), fused=False).handle
+            kernel, arguments = load_kernel(model, term, "double", driver().device(number), fused=False)
+            card.kernels[number], card.inputs = kernel.handle, len(arguments.blocks)
+            card.places[: card.inputs] = [inputs.index(block) for block in arguments.blocks]
         self._kept.append(card)
         return ctypes.addressof(card)
 

@@ -2,27 +2,45 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+from typing import Any
 
 from eomgen.base.data import replace
+from eomgen.codegen.metadata import interface_layout
+from eomgen.codegen.program import Program
+from eomgen.compiled.model import CompiledModel
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
-from eomgen.pipeline.model import Model
-from eomgen.pipeline.pipeline import build_reproducible
-from eomgen.pipeline.programs import write_program
-from eomgen.pipeline.requests import ProgramRequest
+from eomgen.pipeline.generation import exported_program
 from eomgen.products.gpu.driver import Device, Function
-from eomgen.products.gpu.nvrtc import EXACT, Cubin, compile_cubin
+from eomgen.products.gpu.nvrtc import EXACT, LAYOUT, Cubin, compile_cubin
 from eomgen.products.gpu.target import CUDA, cuda_files
-from eomgen.system.terms import TERMS, Selection
+from eomgen.system.terms import Selection
 
-#: The term with which functions of time alone are compiled, as the law of the base: all scenes have this one.
-_WITH = "mass"
 _FLOAT = "-DEOMGEN_REAL_FLOAT"
+#: The last Program whose text was written, by the content of the library: several terms of a model follow each other.
+_PROGRAMS: dict[bytes, Program] = {}
 
 
-def load_kernel(model: Model, term: str, real: str, device: Device, *, fused: bool) -> Function:
-    """Return the kernel of a term, or of a function of time alone, on a device.
+class Term:
+    """Arguments and outputs of a kernel: names of blocks with sizes, names of outputs with shapes.
+
+    Parameters
+    ----------
+    function : of the layout of a Program
+    """
+
+    def __init__(self, function: Mapping[str, Any]) -> None:
+        self.name: str = function["name"]
+        self.blocks: tuple[str, ...] = tuple(function["inputs"])
+        self.sizes = tuple(int(size) for size in function["input_sizes"])
+        self.names = tuple(str(output["name"]) for output in function["outputs"])
+        self.shapes = [tuple(output["shape"]) for output in function["outputs"]]
+
+
+def load_kernel(model: CompiledModel, term: str, real: str, device: Device, *, fused: bool) -> tuple[Function, Term]:
+    """Return the kernel of a term, or of a function of time alone, on a device, and its arguments.
 
     Parameters
     ----------
@@ -35,19 +53,34 @@ def load_kernel(model: Model, term: str, real: str, device: Device, *, fused: bo
         NVRTC is not installed, or the text cannot be compiled.
     """
     cubin = compile_term(model, term, device.architecture, real, fused=fused)
-    return device.load(cubin.image).function(f"{model.library.layout['prefix']}_{term}_kernel")
+    layout = json.loads(cubin.layout)
+    kernel = device.load(cubin.image).function(f"{layout['prefix']}_{term}_kernel")
+    return kernel, Term(next(function for function in layout["functions"] if function["name"] == term))
 
 
-def compile_term(model: Model, term: str, architecture: str, real: str = "double", *, fused: bool = False) -> Cubin:
-    """Return the machine code of a term for an architecture such as ``sm_90``, from the cache if possible."""
-    document, front_end = as_document(model.scene)
-    selection = Selection((term if term in TERMS else _WITH,))
+def compile_term(
+    model: CompiledModel, term: str, architecture: str, real: str = "double", *, fused: bool = False
+) -> Cubin:
+    """Return the machine code of a term for an architecture such as ``sm_90``, from the cache if possible.
+
+    The text is a part of the text of the model with all its terms, since the order of operations, and so the bits,
+    depend on the terms that a scene is derived with.
+    """
+    layout, (document, front_end) = model.library.layout, as_document(model.scene)
+    selection = Selection.from_data(layout["selection"]) if term in model.functions else Selection((term,))
+    content = library_content(document, front_end, selection, layout["built_method"])
 
     def texts() -> Mapping[str, str]:
-        request = ProgramRequest(document, front_end, selection, None)
-        return cuda_files(write_program(request, replace(CUDA, steppers=False), build_reproducible)[0])
+        whole = _PROGRAMS.get(content)
+        if whole is None:
+            program, _ = exported_program(document, front_end, CUDA, selection.terms, layout["built_method"])
+            whole = replace(program, method={}, series=(), base_of_step=None)
+            _PROGRAMS.clear()
+            _PROGRAMS[content] = whole
+        kept = {term, whole.function(term).same_as}
+        program = replace(whole, functions=tuple(one for one in whole.functions if one.name in kept))
+        return {**cuda_files(program), LAYOUT: json.dumps(interface_layout(program))}
 
     options = (*(() if fused else EXACT), *((_FLOAT,) if real == "float" else ()))
-    content = library_content(document, front_end, selection, "rk4")
-    name = f"{model.library.layout['prefix']}.cu"
-    return compile_cubin(texts, name, architecture, options, content=content)
+    every = term.encode() + b"\0" + content
+    return compile_cubin(texts, f"{layout['prefix']}.cu", architecture, options, content=every)

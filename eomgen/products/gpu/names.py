@@ -9,8 +9,8 @@ class CudaNames(CNames):
     """Names of C with types of arrays that a call chooses.
 
     Functions with an argument ``EG_IN q`` or ``EG_OUT tau`` are templates: a kernel calls these with views of columns
-    or rows of its arrays, a stepper with pointers. Statements are those of the C, but for sines and cosines of roads:
-    a thread computes them again, since its memory is slower than the work.
+    or rows of its arrays, a stepper with pointers. Statements are equal to the C's, but for sines and cosines of roads,
+    which a thread computes again: its memory is slower.
     """
 
     tables_of_turns = False

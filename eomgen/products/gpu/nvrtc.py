@@ -13,28 +13,28 @@ import importlib.util
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import Problem, ToolchainError
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import printable, write_texts
 
 #: Options of every compilation: C as functions of the device, and a report on registers.
 OPTIONS = ("--std=c++20", "-default-device", "-w", "--ptxas-options=-v")
-#: Products are not fused with sums, so that the bits are those of a processor.
+#: Products are not fused with sums, so that the bits are equal to the processor's.
 EXACT = ("-fmad=false",)
 #: Headers of C that a text may include: NVRTC has none, and ``eomgen_cuda.h`` has the names that are needed.
 _HEADERS = ("float.h", "limits.h", "math.h", "stddef.h", "stdint.h", "stdio.h", "string.h")
 #: Installs NVRTC for this Python.
 INSTALL = "pip install 'eomgen[gpu]'"
-#: Packages with folders of libraries: wheels of NVIDIA, and installations of PyTorch and CuPy with libraries inside.
-_PACKAGES = ("nvidia", "torch", "cupy")
-_PATTERN = r"(libnvrtc([-.].*)?\.so(\.\d+)*|nvrtc64_\w+\.dll|libnvrtc.*\.dylib)"
+_LIBRARY = r"libnvrtc.*\.so(\.\d+)*|nvrtc64_\w+\.dll"
 _CUBIN, _LOG = "kernels.cubin", "log.txt"
+#: A text without code that is kept with the machine code.
+LAYOUT = "layout.json"
 #: Lines of a message with a fault of a text.
 _SHOWN = 12
 _ENTRY = r"Compiling entry function '(\w+)'((?:.*\n)*?.*Used (\d+) registers.*)"
@@ -43,8 +43,8 @@ _STACK, _SPILLS = r"(\d+) bytes (?:cumulative )?stack", r"(\d+) bytes spill (?:s
 
 @dataclass(frozen=True)
 class Usage:
-    """What a thread of a kernel takes: ``registers``, bytes of the ``stack``, and bytes of ``spills``, of registers
-    that are stored in memory and loaded."""
+    """Memory for a thread of a kernel: ``registers``, bytes in the ``stack``, and bytes in ``spills``, for registers
+    that are stored and loaded again."""
 
     registers: int
     stack: int
@@ -53,14 +53,16 @@ class Usage:
 
 @dataclass(frozen=True)
 class Cubin:
-    """Machine code of a card: the ``image`` that the driver loads, and the ``log`` of the compiler."""
+    """Machine code of a card: the ``image`` that the driver loads, the ``log`` of the compiler, and the ``layout`` that
+    came with the texts."""
 
     image: bytes
     log: str
+    layout: str = ""
 
     @functools.cached_property
     def usage(self) -> dict[str, Usage]:
-        """What a thread takes, by the name of the kernel."""
+        """Memory for a thread, by the name of the kernel."""
         return {
             name: Usage(int(registers), max(_numbers(_STACK, text), default=0), sum(_numbers(_SPILLS, text)))
             for name, text, registers in re.findall(_ENTRY, self.log)
@@ -85,7 +87,8 @@ def compile_cubin(
     Parameters
     ----------
     texts : mapping or callable
-        The text and all files that it includes, by name; or a function that returns these, with ``content``.
+        The text and all files that it includes, by name, and perhaps ``layout.json``; or a function that returns
+        these, with ``content``.
     name : str
         Of the text.
     architecture : str
@@ -112,7 +115,7 @@ def compile_cubin(
         files = texts() if callable(texts) else texts
         write_texts(folder, files)
         image, log = compiler.compile(files, name, every)
-        for file in files:
+        for file in files.keys() - {LAYOUT}:
             (folder / file).unlink()
         (folder / _CUBIN).write_bytes(image)
         (folder / _LOG).write_text(log, encoding="utf-8")
@@ -121,8 +124,9 @@ def compile_cubin(
         entry = store.take(key, fill)
     except ToolchainError as error:
         where = f"NVRTC {compiler.version}, sources kept in {store.failed_folder(key)}"
-        raise ToolchainError([type(p)(where, p.what, p.hint) for p in error.problems]) from error
-    return Cubin(entry.file(_CUBIN).read_bytes(), entry.text(_LOG))
+        raise ToolchainError([replace(problem, where=where) for problem in error.problems]) from error
+    layout = entry.text(LAYOUT) if LAYOUT in entry.files else ""
+    return Cubin(entry.file(_CUBIN).read_bytes(), entry.text(_LOG), layout)
 
 
 class Nvrtc:
@@ -155,13 +159,13 @@ class Nvrtc:
         self._check(self._library.nvrtcCreateProgram(ctypes.byref(program), *own, *included))
         try:
             status = self._library.nvrtcCompileProgram(program, len(options), _strings(options))
-            log = self._taken(program, "ProgramLog").rstrip(b"\0").decode(errors="replace")
+            log = self._result(program, "ProgramLog").rstrip(b"\0").decode(errors="replace")
             self._check(status, log)
-            return self._taken(program, "CUBIN"), log
+            return self._result(program, "CUBIN"), log
         finally:
             self._library.nvrtcDestroyProgram(ctypes.byref(program))
 
-    def _taken(self, program: ctypes.c_void_p, name: str) -> bytes:
+    def _result(self, program: ctypes.c_void_p, name: str) -> bytes:
         """Return the log or the machine code of a program."""
         size = ctypes.c_size_t()
         self._check(getattr(self._library, f"nvrtcGet{name}Size")(program, ctypes.byref(size)))
@@ -198,28 +202,20 @@ def nvrtc() -> Nvrtc:
 
 
 def candidates() -> Iterator[str]:
-    """Yield the paths of libraries NVRTC in the order of the search: of packages of this Python, the newest first, of
-    the loader, and of installations of CUDA."""
-    for package in _PACKAGES:
-        yield from _found(_folders_of(package))
-    loaded = ctypes.util.find_library("nvrtc")
-    if loaded:
+    """Yield the paths of libraries NVRTC in the order of the search: in wheels by NVIDIA, which PyTorch, CuPy and JAX
+    install as well, the newest first; on the loader's path; in installations of CUDA."""
+    spec = importlib.util.find_spec("nvidia")
+    wheels = (spec.submodule_search_locations or ()) if spec is not None else ()
+    yield from _libraries(path for folder in wheels for path in Path(folder).rglob("*nvrtc*"))
+    if loaded := ctypes.util.find_library("nvrtc"):
         yield loaded
-    roots = [os.environ.get("CUDA_PATH"), os.environ.get("CUDA_HOME"), sys.prefix, "/usr/local/cuda"]
+    roots = (os.environ.get("CUDA_PATH"), os.environ.get("CUDA_HOME"), sys.prefix, "/usr/local/cuda")
     folders = [Path(root, part) for root in roots if root for part in ("lib64", "lib", "bin")]
-    yield from _found(folder for folder in folders if folder.is_dir())
+    yield from _libraries(path for folder in folders for path in folder.glob("*nvrtc*"))
 
 
-def _folders_of(package: str) -> Iterator[Path]:
-    """Yield the folders of libraries of a package, which is not imported."""
-    spec = importlib.util.find_spec(package)
-    for root in (spec.submodule_search_locations or ()) if spec is not None else ():
-        for pattern in ("lib", ".data/lib", "*/lib", "*/bin", "*/bin/*"):
-            yield from sorted(Path(root).glob(pattern), reverse=True)
-
-
-def _found(folders: Iterator[Path]) -> Iterator[str]:
-    of_this: Callable[[str], Any] = re.compile(_PATTERN).fullmatch
-    for folder in folders:
-        files = sorted(file for file in folder.iterdir() if of_this(file.name) and "builtins" not in file.name)
-        yield from map(str, reversed(files))
+def _libraries(paths: Iterable[Path]) -> Iterator[str]:
+    """Yield the files among paths that are libraries NVRTC, the last one first."""
+    for path in sorted(paths, reverse=True):
+        if re.fullmatch(_LIBRARY, path.name) and "builtins" not in path.name:
+            yield str(path)

@@ -542,7 +542,7 @@ def _package() -> Any:
 def _cards() -> tuple[Any, ...]:
     """Return the rows of products by which terms run on cards, registered with JAX; none if JAX has no cards."""
     package = _package()
-    rows = () if package.default_backend() == "cpu" else objects_of("eomgen.jax_cards")
+    rows = objects_of("eomgen.jax_cards") if package.default_backend() == "gpu" else ()
     for row in rows:
         address = ctypes.c_void_p(_handler(row.launch)[1])
         package.ffi.register_ffi_target(_TARGET, package.ffi.pycapsule(address), platform=row.platform)
