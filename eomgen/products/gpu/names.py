@@ -13,7 +13,8 @@ class CudaNames(CNames):
     which a thread computes again: its memory is slower.
     """
 
-    tables_of_turns = False
+    #: Templates of steppers compute sines and cosines that all runs have in common, and keep no tables.
+    computes_turns = True
 
     def input_type(self, block: str) -> str:
         """Return the declaration of an input argument: ``EG_IN q``."""

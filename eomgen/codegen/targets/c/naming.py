@@ -166,9 +166,6 @@ class CNames:
             return f"const {self.prefix}_base_state *base"
         return "real t" if block == "t" else f"const real *{block}"
 
-    #: Whether a stepper keeps tables of sines and cosines that all its runs have in common.
-    tables_of_turns = True
-
     def output_type(self, argument: str, *, restrict: bool = True) -> str:
         """Return the declaration of an array that a function fills: ``real *restrict tau``."""
         return f"real *{'restrict ' if restrict else ''}{argument}"
