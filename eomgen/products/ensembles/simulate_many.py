@@ -197,9 +197,12 @@ def simulate_many(
     kept = _kept_samples(keep, drawn.samples, keep_as, target)
     work_of_one = int(pilot.stats.get("evaluations", 0)) * max(1, model.nv + model.nz)
     alike = CommonRunData.of(model, pilot)
-    with_tables = bool(options.get("inputs")) or any(item.block in LAWS for item in items)
-    tables = alike.grid.steps * model.nu if with_tables else 0
-    block = runner.block_size(drawn.samples, work_of_one, len(looked_at) * len(thinned), tables)
+    block = runner.block_size(
+        drawn.samples,
+        work_of_one,
+        len(looked_at) * len(thinned),
+        _numbers_of_inputs(items, options, alike.grid.steps * model.nu),
+    )
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options, _rest(model, items, options, pilot))
     work = runner(model, drawn, varied, (t_end, step), looked_at, times, thinned, alike, kept, keep_as, runs)
@@ -268,6 +271,11 @@ def _runner_on(device: str, cluster: object) -> type[SampleRunner]:
         fault = "samples run on the device of this machine, and a cluster is given too [E2302]"
         raise UsageError(Problem("device", fault, "the device, or the cluster, alone"))
     return cast("type[SampleRunner]", import_target(rows[device]))
+
+
+def _numbers_of_inputs(items: Sequence[Variation], options: Mapping[str, Any], most: int) -> int:
+    """Return ``most``, or 0 if inputs do not change with time by laws of the caller or of each sample."""
+    return most if options.get("inputs") or any(item.block in LAWS for item in items) else 0
 
 
 @contextmanager

@@ -21,9 +21,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
-from eomgen.pipeline.pipeline import build_reproducible
-from eomgen.pipeline.programs import write_program
-from eomgen.pipeline.requests import ProgramRequest
+from eomgen.pipeline.generation import exported_program
 from eomgen.products.ensembles.samples import LaneRunner, SampleBlock, SampleRunner
 from eomgen.products.ensembles.side_by_side import SideBySide, common_runs, machine_sizes
 from eomgen.products.ensembles.statistics import CENTROIDS, ReducedSamples, are_kept, places_of_centroids
@@ -351,8 +349,7 @@ def compile_runs(
     head = f"#define EG_COLUMN_COUNT {len(columns)}\n#define EG_COLUMNS(take) {' '.join(values)}\n"
 
     def texts() -> Mapping[str, str]:
-        request = ProgramRequest(document, front_end, selection, method)
-        program, refusal = write_program(request, CUDA, build_reproducible, for_runs=True)
+        program, refusal = exported_program(document, front_end, CUDA, selection.terms, method)
         if refusal:
             raise _refusal(refusal)
         return {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, called=())}
