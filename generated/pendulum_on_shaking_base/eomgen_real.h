@@ -721,7 +721,7 @@ static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_selec
 /* Parts of a function are not inlined, for any type: within one function compilers fuse products with sums. GCC 12
  * drops calls of parts that store in loops if it may look into them (it addresses the workspace from a table). */
 #if defined(EOMGEN_CUDA)
-#define EG_NOINLINE
+#define EG_NOINLINE EG_CALLED
 #elif defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
 #define EG_NOINLINE __attribute__((noipa))
 #elif defined(__GNUC__)
