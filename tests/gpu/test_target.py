@@ -16,7 +16,7 @@ def test_readme_and_manifest_have_the_arrays_of_kernels_and_the_options(tmp_path
     readme = (tmp_path / "README.md").read_text(encoding="utf-8")
     data = json.loads((tmp_path / "manifest.json").read_text(encoding="utf-8"))
     assert "| `arm_mass_kernel` | q 2 | M 4 |" in readme
-    assert "kernel(((count + 127) // 128,), (128,), (columns(q), columns(M), numpy.int64(count)))" in readme
+    assert "blocks, arguments = (count + 127) // 128, (columns(q), columns(M), numpy.int64(count))" in readme
     assert data["nvrtc"] == ["--std=c++20", "-default-device", "-fmad=false", "-DEOMGEN_REAL_FLOAT"]
     assert data["kernels"] == {
         "arm_mass_kernel": {
@@ -27,6 +27,14 @@ def test_readme_and_manifest_have_the_arrays_of_kernels_and_the_options(tmp_path
         }
     }
     assert "thread_bytes" not in data
+
+
+def test_rows_of_tables_in_the_readme_are_lines(tmp_path: Path) -> None:
+    eomgen.generate(scene("four_bar/scene"), tmp_path, target="cuda")
+    lines = (tmp_path / "README.md").read_text(encoding="utf-8").splitlines()
+    rows = [line for line in lines if line.startswith("| `four_bar_")]
+    kernels = json.loads((tmp_path / "manifest.json").read_text(encoding="utf-8"))["kernels"]
+    assert len(rows) == len(kernels) and all(row.endswith(" |") for row in rows)
 
 
 def test_a_law_in_python_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

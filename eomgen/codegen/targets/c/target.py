@@ -152,8 +152,8 @@ _TAKE_TABLES = (
     '__attribute__((visibility("default"))) void eomgen_take_tables(const char *fingerprint, const double *numbers,'
     " const void *heads, const void *code)"
 )
-#: Templates with lines that are long on purpose, or never.
-_NOT_FOLDED = ("c/main/README.md.jinja", "c/controller/README.md.jinja", "c/model/tables.c.jinja")
+#: Endings of templates with lines that are long on purpose, or never.
+_NOT_FOLDED = ("README.md.jinja", "c/model/tables.c.jinja")
 
 
 class _Context:
@@ -316,7 +316,7 @@ class _Context:
                 **extra,
             )
         )
-        return text if template in _NOT_FOLDED else wrap_text(text)
+        return text if template.endswith(_NOT_FOLDED) else wrap_text(text)
 
 
 def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[str, str]:
