@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.cli import main
 from eomgen.products.ensembles.samples import SampleRunner
 from eomgen.products.gpu.ensembles import DeviceSamples
+from tests.examples.covering import covering
 from tests.models.library import scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -109,6 +111,26 @@ def test_samples_have_the_bits_of_the_processor(options: dict[str, Any], tmp_pat
 )
 def test_methods_have_the_bits_of_the_processor(name: str, method: str, vary: dict[str, str]) -> None:
     compare(*both(built(EXAMPLES / name / "scene.toml", method), 0.25, 1e-3, vary=vary, samples=64, seed=1))
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("stand_in")
+@pytest.mark.parametrize(
+    "name", covering(sorted(f"{file.parent.name}/scene.toml" for file in EXAMPLES.glob("*/scene.toml")))
+)
+def test_examples_have_the_bits_of_the_processor(name: str) -> None:
+    """Twenty steps and a shorter one, all columns; events and exact beams are refused."""
+    model = eomgen.build(EXAMPLES / name, profile="reproducible")
+    step = float(model.library.layout["defaults"]["step"])
+    columns = [column for column in model.simulate(step, step, error_estimate=False).columns() if column != "t"]
+    given: dict[str, Any] = {"vary": {model.v_names[0]: "uniform(0.01, 0.02)"}, "samples": 4, "columns": columns}
+    cpu = model.simulate_many(20.3 * step, step, **given)
+    if model.library.layout["method"].get("events") or model.description.exact_beams:
+        assert "samples cannot run on a device" in refused(model, **given)
+        return
+    gpu = model.simulate_many(20.3 * step, step, **given, device="gpu")
+    for result in cpu.results:
+        np.testing.assert_array_equal(cpu.results[result], gpu.results[result], err_msg=result)
 
 
 @pytest.mark.long
@@ -222,3 +244,15 @@ def test_refusals(stand_in: ctypes.CDLL) -> None:
     assert "the scene has events" in refused(ball, vary={first: "uniform(0.1, 0.2)"})
     single = eomgen.build(SWING, method="rk4", real="float")
     assert "samples cannot run on a device: numbers are of type float" in refused(single)
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(EXAMPLES / "double_pendulum_on_shaking_base" / "scene.toml")
+    options = ["--t-end", "0.1", "--step", "1e-3", "--method", "rk4", "--samples", "8", "--vary", "m2=normal(0.6, 5%)"]
+    call = ["ensemble", path, *options, "--device", "gpu", "--no-plots", "--json", "--out", str(tmp_path / "out")]
+    assert main(call) == 0
+    captured = capsys.readouterr()
+    told = json.loads(captured.out)
+    assert told["done"] == 8 and told["how"] == "on the device stand-in"
+    assert "8 samples; on the device stand-in; " in captured.err
