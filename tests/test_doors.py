@@ -107,7 +107,7 @@ TABLE_OF_DOORS: dict[str, str] = {
     ),
     "products.controllers": "base codegen errors symbolic",
     "products.laws": "base cli errors formula scene symbolic system toolchain",
-    "products.gpu": "base codegen compiled errors integrators pipeline system toolchain products.ensembles",
+    "products.gpu": "base codegen compiled errors pipeline system toolchain products.ensembles",
     "products.linear": (
         "base cli compiled errors formula lie pipeline results scene simulation solvers system products.statics"
     ),
@@ -225,7 +225,14 @@ ORDER: dict[str, tuple[str, ...]] = {
         "run_sensitivities",
         "linearise",
     ),
-    "products.gpu": ("live_values", "passes", "names", "target"),
+    "products.gpu": (
+        "driver live_values names nvrtc",
+        "arrays passes requirements",
+        "target",
+        "ensembles kernels",
+        "calls jax_kernels",
+        "functions",
+    ),
     "products.linear": (
         "eigenvalues freedom other_words spectra",
         "modes multiblade plots state_space",

@@ -122,9 +122,9 @@ class ProgramWriter:
                 return self._with_stepper(system, functions, called, begin), ""
             except ModelError as error:
                 refusal = "; ".join(dict.fromkeys(problem.what for problem in error.problems))
-        return self._scheduled(system, None, functions), refusal
+        return self._schedule(system, None, functions), refusal
 
-    def _scheduled(self, system: System, data: dict[str, Any] | None, functions: Sequence[str]) -> Program:
+    def _schedule(self, system: System, data: dict[str, Any] | None, functions: Sequence[str]) -> Program:
         return to_program(system, data, functions, names=self.target.names, live_limit=self.target.live_limit)
 
     def _with_stepper(
@@ -138,7 +138,7 @@ class ProgramWriter:
             data = self._with_settings(data)
         if begin is not None and (known := begin(system, data, functions, self.target.names)) is not None:
             return known
-        program = self._scheduled(system, data, functions)
+        program = self._schedule(system, data, functions)
         if not (self.for_runs and self.selection.whole):
             return program
         start = self.described.simulation.start
