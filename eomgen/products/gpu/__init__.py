@@ -5,6 +5,7 @@ from eomgen.base.products import LateRow, Product
 __all__ = []
 
 PRODUCT = Product(
+    needs=("ensembles",),
     names={"gpu": "eomgen.products.gpu.functions:gpu"},
     rows={
         "eomgen.doctor": (LateRow("gpu", "eomgen.products.gpu.requirements:card"),),
