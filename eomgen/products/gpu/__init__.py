@@ -13,7 +13,6 @@ PRODUCT = Product(
         "eomgen.jax_cards": (LateRow("gpu", "eomgen.products.gpu.jax_kernels:CARDS"),),
         "eomgen.targets": ("eomgen.products.gpu.target:CUDA",),
     },
-    needs=("ensembles",),
 )
 #: Open to all parts of ``products``.
 WITHIN = ["functions"]
