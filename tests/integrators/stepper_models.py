@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from eomgen.codegen.targets.c.naming import CNames
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.templates import environment, stepper_template
 from eomgen.integrators.families.register import Method
@@ -359,7 +360,7 @@ def sources(model: Model, program: StepperContext, parameters: Sequence[str] = (
     names = stepper_names(program)
 
     def render(template: str) -> str:
-        return environment().get_template(template).render(program=program, prefix=P, upper=N, **names)
+        return environment().get_template(template).render(program=program, prefix=P, upper=N, c=CNames, **names)
 
     header = f"""#ifndef {N}_H
 #define {N}_H
