@@ -58,7 +58,10 @@ def _kernels(program: Program) -> dict[str, dict[str, Any]]:
             "outputs": [{"name": output.argument, "size": output.size} for output in function.outputs],
             "threads": threads,
         }
-        for functions, ending, threads in ((program.functions, "", THREADS), (_in_rows(program), "_rows", ROWS_TOGETHER))
+        for functions, ending, threads in (
+            (program.functions, "", THREADS),
+            (_in_rows(program), "_rows", ROWS_TOGETHER),
+        )
         for function in functions
     }
 
