@@ -173,7 +173,9 @@ class GpuFunctions:
         ----------
         q, v, a : (..., nq), (..., nv) and (..., nv) arrays
             Configuration, and left-trivialised velocity and acceleration.
-        t, u, **options
+        t, u : arrays, optional
+            As in ``forward_dynamics``.
+        **options
             As in ``forward_dynamics``.
 
         Returns
@@ -214,7 +216,9 @@ class GpuFunctions:
         ----------
         q, v, a : (..., nq), (..., nv) and (..., nv) arrays
             Configuration, and left-trivialised velocity and acceleration.
-        t, u, **options
+        t, u : arrays, optional
+            As in ``forward_dynamics``.
+        **options
             As in ``forward_dynamics``.
 
         Returns
@@ -241,7 +245,7 @@ class GpuFunctions:
         ----------
         term : str
             As of ``Model.evaluate``, such as ``poses`` or ``frame_jacobians``.
-        q, v, a, t, u
+        q, v, a, t, u : arrays, optional
             As in ``inverse_dynamics``. Accelerations that a term needs and that are not given are the result of
             ``forward_dynamics``.
         **more : arrays
