@@ -28,7 +28,7 @@ OPTIONS = ("--std=c++20", "-default-device", "-w", "--ptxas-options=-v")
 #: Products are not fused with sums, so that the bits are equal to the processor's.
 EXACT = ("-fmad=false",)
 #: Headers of C that a text may include: NVRTC has none, and ``eomgen_cuda.h`` has the names that are needed.
-_HEADERS = ("float.h", "limits.h", "math.h", "stddef.h", "stdint.h", "stdio.h", "string.h")
+HEADERS = ("float.h", "limits.h", "math.h", "stddef.h", "stdint.h", "stdio.h", "string.h")
 #: Installs NVRTC for this Python.
 INSTALL = "pip install 'eomgen[gpu]'"
 _LIBRARY = r"libnvrtc.*\.so(\.\d+)*|nvrtc64_\w+\.dll"
@@ -153,7 +153,7 @@ class Nvrtc:
 
     def compile(self, texts: Mapping[str, str], name: str, options: Sequence[str]) -> tuple[bytes, str]:
         """Return machine code and log of text ``name``, which includes the other texts. Raises ToolchainError."""
-        program, headers = ctypes.c_void_p(), {**dict.fromkeys(_HEADERS, ""), **texts}
+        program, headers = ctypes.c_void_p(), {**dict.fromkeys(HEADERS, ""), **texts}
         own = headers.pop(name).encode(), name.encode()
         included = len(headers), _strings([*headers.values()]), _strings([*headers])
         self._check(self._library.nvrtcCreateProgram(ctypes.byref(program), *own, *included))

@@ -19,7 +19,7 @@ def card() -> ToolchainCheck:
             texts.append(Message(str(error.problems[0])).fault_and_remedy()[0])
             there.append(False)
     lacking = there == [True, False]
-    return ToolchainCheck("GPU", not lacking, "; ".join(texts), INSTALL if lacking else "", needed=False)
+    return ToolchainCheck("cards", not lacking, "; ".join(texts), INSTALL if lacking else "", needed=False)
 
 
 def _describe_card() -> str:

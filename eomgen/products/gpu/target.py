@@ -17,6 +17,7 @@ from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.c.target import model_in_one_file
 from eomgen.codegen.targets.target import Target
 from eomgen.products.gpu.names import CudaNames
+from eomgen.products.gpu.nvrtc import HEADERS
 from eomgen.products.gpu.passes import LIVE_LIMIT
 
 #: Threads of a block, at most; 64, 128 and 256 were equally fast on an H100.
@@ -85,9 +86,10 @@ def _files(program: Program) -> dict[str, str]:
     options = ["-DEOMGEN_REAL_FLOAT"] * (real == "float")
     commands = {"nvrtc": [*NVRTC, *options], "host": " ".join([*HOST, *options, f"{program.prefix}.cu"])}
     templates = {"README.md": "gpu/README.md.jinja"} | ({_STRUCTS: _HEADER_OF_STEPPER} if program.method else {})
-    files = cuda_files(program, templates, commands=commands, in_rows=_in_rows(program))
+    known = {"commands": commands, "empty_headers": HEADERS, "in_rows": _in_rows(program)}
+    files = cuda_files(program, templates, **known)
     structs = files.pop(_STRUCTS, None)
-    kernels: dict[str, object] = {"kernels": _kernels(program)}
+    kernels: dict[str, object] = {"kernels": _kernels(program), "empty_headers": HEADERS}
     if structs is not None:
         kernels["thread_bytes"] = _thread_bytes(program, real, structs)
     return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **commands, **kernels)}
