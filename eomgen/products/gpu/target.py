@@ -6,7 +6,7 @@ same text for the host, with the same bits if products are not fused with sums.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -30,9 +30,14 @@ HOST = ("c++", "-x", "c++", "-std=c++20", "-O2", "-ffp-contract=off", "-shared",
 _STRUCTS, _HEADER_OF_STEPPER = "structs", "c/integrators/common/header.h.jinja"
 
 
-def _in_rows(program: Program) -> list[ProgramFunction]:
-    """Return the functions with a kernel for rows: outputs are long, and fit in the memory of a block."""
-    return [item for item in program.functions if LEAST <= max(output.size for output in item.outputs) <= MOST]
+def fit_rows(sizes: Iterable[int]) -> bool:
+    """Return whether a function has a kernel for rows: outputs are long, and fit in the memory of a block."""
+    return LEAST <= max(sizes) <= MOST
+
+
+def functions_in_rows(program: Program) -> list[ProgramFunction]:
+    """Return the functions with a kernel for rows."""
+    return [item for item in program.functions if fit_rows(output.size for output in item.outputs)]
 
 
 def cuda_files(program: Program, more: Mapping[str, str] = MappingProxyType({}), **known: object) -> dict[str, str]:
@@ -60,7 +65,7 @@ def _kernels(program: Program) -> dict[str, dict[str, Any]]:
         }
         for functions, ending, threads in (
             (program.functions, "", THREADS),
-            (_in_rows(program), "_rows", ROWS_TOGETHER),
+            (functions_in_rows(program), "_rows", ROWS_TOGETHER),
         )
         for function in functions
     }
@@ -85,7 +90,7 @@ def _files(program: Program) -> dict[str, str]:
     options = ["-DEOMGEN_REAL_FLOAT"] * (real == "float")
     commands = {"nvrtc": [*NVRTC, *options], "host": " ".join([*HOST, *options, f"{program.prefix}.cu"])}
     templates = {"README.md": "gpu/README.md.jinja"} | ({_STRUCTS: _HEADER_OF_STEPPER} if program.method else {})
-    files = cuda_files(program, templates, commands=commands, in_rows=_in_rows(program))
+    files = cuda_files(program, templates, commands=commands, in_rows=functions_in_rows(program))
     structs = files.pop(_STRUCTS, None)
     kernels: dict[str, object] = {"kernels": _kernels(program)}
     if structs is not None:
