@@ -66,8 +66,8 @@ class Call:
         self._makers = [] if out else self._new_results(term, shape, _in_columns(views))
         for k, array in zip(self._results, out, strict=bool(out)):
             self._set_result(k, "out", (*shape, *term.shapes[k // _WORDS - len(values)]), len(shape), array)
-        kernel, threads = term.kernel(module, rows=all(self._words[k + 2] <= 1 for k in self._results))
-        self._start = kernel.launcher(self._count, pointers, threads)
+        kernel = term.kernel(module, rows=all(self._words[k + 2] <= 1 for k in self._results))
+        self._start = kernel.launcher(self._count, pointers)
 
     def __call__(self, values: Sequence[Any], out: Sequence[Any], stream: int | None) -> Sequence[Any]:
         """Start the kernel on a stream, None: the current one of the package, and return the results."""

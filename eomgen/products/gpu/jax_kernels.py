@@ -53,8 +53,8 @@ class JaxCards:
         card, inputs = _Card(*addresses, BLOCK), model.functions.inputs(term)
         for number in sorted({numbered.local_hardware_id or 0 for numbered in package.local_devices()}):
             module, arguments = load_kernel(model, term, "double", driver().device(number), fused=False)
-            kernel, card.block = arguments.kernel(module, rows=True)
-            card.kernels[number], card.inputs = kernel.handle, len(arguments.blocks)
+            card.kernels[number] = arguments.kernel(module, rows=True).handle
+            card.inputs = len(arguments.blocks)
             card.places[: card.inputs] = [inputs.index(block) for block in arguments.blocks]
         self._kept.append(card)
         return ctypes.addressof(card)

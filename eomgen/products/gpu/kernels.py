@@ -14,9 +14,9 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
-from eomgen.products.gpu.driver import BLOCK, Device, Function, Module
+from eomgen.products.gpu.driver import Device, Function, Module
 from eomgen.products.gpu.nvrtc import EXACT, LAYOUT, Cubin, compile_cubin
-from eomgen.products.gpu.target import CUDA, ROWS_TOGETHER, cuda_files, fit_rows, functions_in_rows
+from eomgen.products.gpu.target import CUDA, cuda_files, fit_rows, functions_in_rows
 from eomgen.system.terms import Selection
 
 _FLOAT = "-DEOMGEN_REAL_FLOAT"
@@ -41,10 +41,9 @@ class Term:
         self.shapes = [tuple(output["shape"]) for output in function["outputs"]]
         self._start, self._fits_rows = f"{prefix}_{self.name}", fit_rows(map(math.prod, self.shapes))
 
-    def kernel(self, module: Module, *, rows: bool) -> tuple[Function, int]:
-        """Return the kernel for outputs in rows, or for all others, and the threads of its blocks."""
-        ending, threads = ("_rows", ROWS_TOGETHER) if rows and self._fits_rows else ("", BLOCK)
-        return module.function(f"{self._start}{ending}_kernel"), threads
+    def kernel(self, module: Module, *, rows: bool) -> Function:
+        """Return the kernel for outputs in rows, or for all others."""
+        return module.function(f"{self._start}{'_rows' if rows and self._fits_rows else ''}_kernel")
 
 
 def load_kernel(model: CompiledModel, term: str, real: str, device: Device, *, fused: bool) -> tuple[Module, Term]:

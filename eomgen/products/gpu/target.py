@@ -16,13 +16,12 @@ from eomgen.codegen.targets.c.interface import fingerprint
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.c.target import model_in_one_file
 from eomgen.codegen.targets.target import Target
+from eomgen.products.gpu.driver import BLOCK
 from eomgen.products.gpu.names import CudaNames
 from eomgen.products.gpu.passes import LIVE_LIMIT
 
-#: Threads of a block, at most; 64, 128 and 256 were equally fast on an H100.
-THREADS = 128
-#: Threads of a block that writes rows together, and numbers of the longest output, at least and at most.
-ROWS_TOGETHER, LEAST, MOST = 64, 32, 90
+#: Numbers of the longest output of a function with a kernel for rows, at least and at most.
+LEAST, MOST = 32, 90
 #: Options by which NVRTC takes the text; the last keeps the bits: products are not fused with sums.
 NVRTC = ("--std=c++20", "-default-device", "-fmad=false")
 #: The same for a C++ compiler, which makes a library for the host.
@@ -49,7 +48,7 @@ def cuda_files(program: Program, more: Mapping[str, str] = MappingProxyType({}),
     known : names for these templates
     """
     templates = {"eomgen_cuda.h": "gpu/eomgen_cuda.h.jinja", f"{program.prefix}.cu": "gpu/model.cu.jinja", **more}
-    known = {"called": program.functions, "in_rows": (), "threads": THREADS, "together": ROWS_TOGETHER, **known}
+    known = {"called": program.functions, "in_rows": (), "threads": BLOCK, **known}
     return model_in_one_file(program, CudaNames, templates, **known)
 
 
@@ -61,12 +60,9 @@ def _kernels(program: Program) -> dict[str, dict[str, Any]]:
             "function": function.name,
             "inputs": [{"name": block, "size": program.input_size(block)} for block in function.inputs],
             "outputs": [{"name": output.argument, "size": output.size} for output in function.outputs],
-            "threads": threads,
+            "threads": BLOCK,
         }
-        for functions, ending, threads in (
-            (program.functions, "", THREADS),
-            (functions_in_rows(program), "_rows", ROWS_TOGETHER),
-        )
+        for functions, ending in ((program.functions, ""), (functions_in_rows(program), "_rows"))
         for function in functions
     }
 
