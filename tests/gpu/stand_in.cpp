@@ -130,6 +130,7 @@ EXPORT status cuModuleLoadData(void **module, const void *image)
 }
 EXPORT status cuModuleGetFunction(void **function, void *module, const char *name)
 {
+    count(name);
     *function = dlsym(module, (std::string(name) + "_host").c_str());
     return *function ? 0 : 500;
 }

@@ -87,6 +87,21 @@ def test_all_terms_have_the_bits_of_the_processor(scene: str) -> None:
             assert np.array_equal(found[name], values), (term, name)
 
 
+@pytest.mark.usefixtures("cupy")
+@pytest.mark.slow_cases("partials")
+@pytest.mark.parametrize("term", ["mass", "partials"])
+def test_long_outputs_in_rows_have_a_kernel_of_their_own(stand_in: ctypes.CDLL, term: str) -> None:
+    model = model_of(ARM)
+    functions, arrays = eomgen.gpu(model), states(model)
+    kernels = [f"robot_arm_{term}{ending}_kernel".encode() for ending in ("", "_rows")]
+    for form, loaded in ((rows, [0, 1]), (columns, [1, 0])):
+        before = [stand_in.stand_in_calls(name) for name in kernels]
+        found = functions.evaluate(term, *map(form, arrays if term == "partials" else arrays[:1]))
+        assert [stand_in.stand_in_calls(name) - n for name, n in zip(kernels, before, strict=True)] == loaded
+        for name, expected in model.evaluate(term, *arrays).items():
+            assert np.array_equal(found[name], expected)
+
+
 @pytest.mark.usefixtures("stand_in", "cupy")
 def test_arguments_broadcast_as_on_the_processor() -> None:
     model = model_of(PENDULUM)

@@ -23,7 +23,7 @@ def test_readme_and_manifest_have_the_arrays_of_kernels_and_the_options(tmp_path
             "function": "mass",
             "inputs": [{"name": "q", "size": 2}],
             "outputs": [{"name": "M", "size": 4}],
-            "threads": 128,
+            "threads": 64,
         }
     }
     assert "thread_bytes" not in data

@@ -298,9 +298,6 @@ class SampleRunner:
     _making: threading.Lock = field(default_factory=threading.Lock, init=False, repr=False)
     _made: LaneRunner | str | None = field(default=None, init=False, repr=False)
 
-    def prepare(self) -> None:
-        """Raise an error if the device of the runs cannot be used, before a folder is written."""
-
     @staticmethod
     def block_size(samples: int, work: int, numbers: int, tables: int = 0) -> int:
         """Return the largest number of samples of a block for a design of `samples`: the same on every machine. `work`

@@ -206,7 +206,8 @@ def simulate_many(
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options, _rest(model, items, options, pilot))
     work = runner(model, drawn, varied, (t_end, step), looked_at, times, thinned, alike, kept, keep_as, runs)
-    work.prepare()
+    if device != "cpu":
+        _ = work.lanes  # a device that is not there, or refuses the scene, leaves no folder
     described = _description(work, pilot, vary, table, seed, block)
     threads = thread_count() if workers is None else count_of("workers", workers)
     with (

@@ -12,7 +12,7 @@ import numpy as np
 
 from eomgen.errors import Problem, UsageError
 from eomgen.products.gpu.arrays import ArrayPackage, Shape, View, merged_stride, package_of
-from eomgen.products.gpu.driver import Function
+from eomgen.products.gpu.driver import Module
 from eomgen.products.gpu.kernels import Term
 
 #: Numbers of an array in the arguments of a kernel: address, stride of samples, stride of components.
@@ -25,7 +25,7 @@ class Call:
     Parameters
     ----------
     term : whose arguments and outputs the arrays are
-    kernel : of the term
+    module : with the kernels of the term
     package : of the results
     dtype : of all numbers
     values : arrays by argument, None for constants
@@ -36,7 +36,7 @@ class Call:
     def __init__(
         self,
         term: Term,
-        kernel: Function,
+        module: Module,
         package: ArrayPackage,
         dtype: str,
         values: Sequence[Any],
@@ -44,7 +44,7 @@ class Call:
         out: Sequence[Any],
     ) -> None:
         """Check forms, types and places of the arrays. Raises UsageError."""
-        self._package, self._dtype, self._device = package, dtype, kernel.device.index
+        self._package, self._dtype, self._device = package, dtype, module.device.index
         readers = [None if value is None else package_of(value) or package for value in values]
         views = [
             None if reader is None else self._check_argument(block, size, reader.view(value))
@@ -55,7 +55,6 @@ class Call:
         self._words = (ctypes.c_longlong * (_WORDS * arrays + 1))(*[0] * _WORDS * arrays, self._count)
         first, size = ctypes.addressof(self._words), ctypes.sizeof(ctypes.c_longlong)
         pointers = (ctypes.c_void_p * (arrays + 1))(*(first + _WORDS * size * k for k in range(arrays + 1)))
-        self._start = kernel.launcher(self._count, pointers)
         self._inputs: list[tuple[int, int, Callable[[Any], int]]] = []
         self._compacted: list[tuple[int, ArrayPackage, Shape]] = []
         for k, (reader, view) in enumerate(zip(readers, views, strict=True)):
@@ -67,6 +66,8 @@ class Call:
         self._makers = [] if out else self._new_results(term, shape, _in_columns(views))
         for k, array in zip(self._results, out, strict=bool(out)):
             self._set_result(k, "out", (*shape, *term.shapes[k // _WORDS - len(values)]), len(shape), array)
+        kernel = term.kernel(module, rows=all(self._words[k + 2] <= 1 for k in self._results))
+        self._start = kernel.launcher(self._count, pointers)
 
     def __call__(self, values: Sequence[Any], out: Sequence[Any], stream: int | None) -> Sequence[Any]:
         """Start the kernel on a stream, None: the current one of the package, and return the results."""

@@ -134,10 +134,6 @@ class DeviceSamples(SampleRunner):
         use[recorded[self.thinned]] += 8 * np.arange(1, 1 + len(self.thinned), dtype=np.intc)
         return np.ascontiguousarray(np.stack([np.array(steps, np.intc), use], axis=1)), len(self.thinned)
 
-    def prepare(self) -> None:
-        """Compile the code for the device. Raises ToolchainError without a device, UsageError as ``_setup``."""
-        _ = self._setup
-
     @property
     def lanes(self) -> LaneRunner | str:
         """The runner of samples, for which the code is compiled at first use, and memory is planned."""

@@ -17,7 +17,7 @@ from eomgen.pipeline.pipeline import build
 from eomgen.pipeline.requests import check_real
 from eomgen.products.gpu.arrays import ArrayPackage, CopiedArrays, package_of
 from eomgen.products.gpu.calls import Call
-from eomgen.products.gpu.driver import Device, Function, Memory, driver
+from eomgen.products.gpu.driver import Device, Memory, Module, driver
 from eomgen.products.gpu.kernels import Term, load_kernel
 from eomgen.system.system import INPUT_BLOCKS
 from eomgen.system.terms import TERMS
@@ -121,7 +121,7 @@ class GpuFunctions:
         self._calls: dict[tuple[Hashable, ...], Call] = {}
         self._lock = threading.Lock()
         self._constants: dict[tuple[str, int], Memory] = {}
-        self._kernels: dict[tuple[str, int], tuple[Function, Term]] = {}
+        self._kernels: dict[tuple[str, int], tuple[Module, Term]] = {}
         self._warned = False
 
     def __repr__(self) -> str:
@@ -353,9 +353,9 @@ class GpuFunctions:
 
     # -- preparation -------------------------------------------------------------------------------------------------
 
-    def _load(self, term: str, place: int) -> tuple[Function, Term]:
-        """Return the kernel of a term on a device, and its arguments. Raises UsageError if the scene has no such term,
-        or for the processor in place of a device."""
+    def _load(self, term: str, place: int) -> tuple[Module, Term]:
+        """Return the kernels of a term on a device, and their arguments. Raises UsageError if the scene has no such
+        term, or for the processor in place of a device."""
         evaluator = self._model.evaluator
         if term not in evaluator.functions and (term not in TERMS or not evaluator.existing((term,))):
             raise evaluator.functions.missing(term)
@@ -366,17 +366,17 @@ class GpuFunctions:
             if (term, place) not in self._kernels:
                 device = driver().device(place)
                 self._kernels[term, place] = load_kernel(self._model, term, self._real, device, fused=self._fused)
-            kernel, self._terms[term] = self._kernels[term, place]
-        return kernel, self._terms[term]
+            module, self._terms[term] = self._kernels[term, place]
+        return module, self._terms[term]
 
     def _prepare(self, term: str, values: Sequence[Any], package: ArrayPackage, first: Any, out: Sequence[Any]) -> Call:
         """Return a call for arrays of this form, checked."""
-        kernel, plan = self._load(term, package.view(first).device)
+        module, plan = self._load(term, package.view(first).device)
         constants = [
-            self._constant(block, kernel.device) if value is None else 0
+            self._constant(block, module.device) if value is None else 0
             for block, value in zip(plan.blocks, values, strict=True)
         ]
-        return Call(plan, kernel, package, self._type.name, values, constants, out)
+        return Call(plan, module, package, self._type.name, values, constants, out)
 
     def _constant(self, block: str, device: Device) -> int:
         """Return the address of an argument with the values of the scene."""

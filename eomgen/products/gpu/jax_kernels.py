@@ -52,8 +52,9 @@ class JaxCards:
         addresses = (ctypes.cast(call, ctypes.c_void_p).value for call in (calls.cuLaunchKernel, calls.cuCtxGetDevice))
         card, inputs = _Card(*addresses, BLOCK), model.functions.inputs(term)
         for number in sorted({numbered.local_hardware_id or 0 for numbered in package.local_devices()}):
-            kernel, arguments = load_kernel(model, term, "double", driver().device(number), fused=False)
-            card.kernels[number], card.inputs = kernel.handle, len(arguments.blocks)
+            module, arguments = load_kernel(model, term, "double", driver().device(number), fused=False)
+            card.kernels[number] = arguments.kernel(module, rows=True).handle
+            card.inputs = len(arguments.blocks)
             card.places[: card.inputs] = [inputs.index(block) for block in arguments.blocks]
         self._kept.append(card)
         return ctypes.addressof(card)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,9 +14,9 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
-from eomgen.products.gpu.driver import Device, Function
+from eomgen.products.gpu.driver import Device, Function, Module
 from eomgen.products.gpu.nvrtc import EXACT, LAYOUT, Cubin, compile_cubin
-from eomgen.products.gpu.target import CUDA, cuda_files
+from eomgen.products.gpu.target import CUDA, cuda_files, fit_rows, functions_in_rows
 from eomgen.system.terms import Selection
 
 _FLOAT = "-DEOMGEN_REAL_FLOAT"
@@ -24,23 +25,29 @@ _PROGRAMS: dict[bytes, Program] = {}
 
 
 class Term:
-    """Arguments and outputs of a kernel: names of blocks with sizes, names of outputs with shapes.
+    """Arguments and outputs of kernels: names of blocks with sizes, names of outputs with shapes.
 
     Parameters
     ----------
     function : of the layout of a Program
+    prefix : of the names of its kernels
     """
 
-    def __init__(self, function: Mapping[str, Any]) -> None:
+    def __init__(self, function: Mapping[str, Any], prefix: str) -> None:
         self.name: str = function["name"]
         self.blocks: tuple[str, ...] = tuple(function["inputs"])
         self.sizes = tuple(int(size) for size in function["input_sizes"])
         self.names = tuple(str(output["name"]) for output in function["outputs"])
         self.shapes = [tuple(output["shape"]) for output in function["outputs"]]
+        self._start, self._fits_rows = f"{prefix}_{self.name}", fit_rows(map(math.prod, self.shapes))
+
+    def kernel(self, module: Module, *, rows: bool) -> Function:
+        """Return the kernel for outputs in rows, or for all others."""
+        return module.function(f"{self._start}{'_rows' if rows and self._fits_rows else ''}_kernel")
 
 
-def load_kernel(model: CompiledModel, term: str, real: str, device: Device, *, fused: bool) -> tuple[Function, Term]:
-    """Return the kernel of a term, or of a function of time alone, on a device, and its arguments.
+def load_kernel(model: CompiledModel, term: str, real: str, device: Device, *, fused: bool) -> tuple[Module, Term]:
+    """Return the kernels of a term, or of a function of time alone, on a device, and their arguments.
 
     Parameters
     ----------
@@ -54,8 +61,8 @@ def load_kernel(model: CompiledModel, term: str, real: str, device: Device, *, f
     """
     cubin = compile_term(model, term, device.architecture, real, fused=fused)
     layout = json.loads(cubin.layout)
-    kernel = device.load(cubin.image).function(f"{layout['prefix']}_{term}_kernel")
-    return kernel, Term(next(function for function in layout["functions"] if function["name"] == term))
+    function = next(function for function in layout["functions"] if function["name"] == term)
+    return device.load(cubin.image), Term(function, layout["prefix"])
 
 
 def compile_term(
@@ -79,7 +86,8 @@ def compile_term(
             _PROGRAMS[content] = whole
         kept = {term, whole.function(term).same_as}
         program = replace(whole, functions=tuple(one for one in whole.functions if one.name in kept))
-        return {**cuda_files(program), LAYOUT: json.dumps(interface_layout(program))}
+        files = cuda_files(program, in_rows=functions_in_rows(program))
+        return {**files, LAYOUT: json.dumps(interface_layout(program))}
 
     options = (*(() if fused else EXACT), *((_FLOAT,) if real == "float" else ()))
     every = term.encode() + b"\0" + content

@@ -6,7 +6,7 @@ same text for the host, with the same bits if products are not fused with sums.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -16,14 +16,13 @@ from eomgen.codegen.targets.c.interface import fingerprint
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.c.target import model_in_one_file
 from eomgen.codegen.targets.target import Target
+from eomgen.products.gpu.driver import BLOCK
 from eomgen.products.gpu.names import CudaNames
 from eomgen.products.gpu.nvrtc import HEADERS
 from eomgen.products.gpu.passes import LIVE_LIMIT
 
-#: Threads of a block, at most; 64, 128 and 256 were equally fast on an H100.
-THREADS = 128
-#: Threads of a block that writes rows together, and numbers of the longest output, at least and at most.
-ROWS_TOGETHER, LEAST, MOST = 64, 32, 90
+#: Numbers of the longest output of a function with a kernel for rows, at least and at most.
+LEAST, MOST = 32, 90
 #: Options by which NVRTC takes the text; the last keeps the bits: products are not fused with sums.
 NVRTC = ("--std=c++20", "-default-device", "-fmad=false")
 #: The same for a C++ compiler, which makes a library for the host.
@@ -31,9 +30,14 @@ HOST = ("c++", "-x", "c++", "-std=c++20", "-O2", "-ffp-contract=off", "-shared",
 _STRUCTS, _HEADER_OF_STEPPER = "structs", "c/integrators/common/header.h.jinja"
 
 
-def _in_rows(program: Program) -> list[ProgramFunction]:
-    """Return the functions with a kernel for rows: outputs are long, and fit in the memory of a block."""
-    return [item for item in program.functions if LEAST <= max(output.size for output in item.outputs) <= MOST]
+def fit_rows(sizes: Iterable[int]) -> bool:
+    """Return whether a function has a kernel for rows: outputs are long, and fit in the memory of a block."""
+    return LEAST <= max(sizes) <= MOST
+
+
+def functions_in_rows(program: Program) -> list[ProgramFunction]:
+    """Return the functions with a kernel for rows."""
+    return [item for item in program.functions if fit_rows(output.size for output in item.outputs)]
 
 
 def cuda_files(program: Program, more: Mapping[str, str] = MappingProxyType({}), **known: object) -> dict[str, str]:
@@ -45,7 +49,7 @@ def cuda_files(program: Program, more: Mapping[str, str] = MappingProxyType({}),
     known : names for these templates
     """
     templates = {"eomgen_cuda.h": "gpu/eomgen_cuda.h.jinja", f"{program.prefix}.cu": "gpu/model.cu.jinja", **more}
-    known = {"called": program.functions, "in_rows": (), "threads": THREADS, "together": ROWS_TOGETHER, **known}
+    known = {"called": program.functions, "in_rows": (), "threads": BLOCK, **known}
     return model_in_one_file(program, CudaNames, templates, **known)
 
 
@@ -57,12 +61,9 @@ def _kernels(program: Program) -> dict[str, dict[str, Any]]:
             "function": function.name,
             "inputs": [{"name": block, "size": program.input_size(block)} for block in function.inputs],
             "outputs": [{"name": output.argument, "size": output.size} for output in function.outputs],
-            "threads": threads,
+            "threads": BLOCK,
         }
-        for functions, ending, threads in (
-            (program.functions, "", THREADS),
-            (_in_rows(program), "_rows", ROWS_TOGETHER),
-        )
+        for functions, ending in ((program.functions, ""), (functions_in_rows(program), "_rows"))
         for function in functions
     }
 
@@ -86,7 +87,7 @@ def _files(program: Program) -> dict[str, str]:
     options = ["-DEOMGEN_REAL_FLOAT"] * (real == "float")
     commands = {"nvrtc": [*NVRTC, *options], "host": " ".join([*HOST, *options, f"{program.prefix}.cu"])}
     templates = {"README.md": "gpu/README.md.jinja"} | ({_STRUCTS: _HEADER_OF_STEPPER} if program.method else {})
-    known = {"commands": commands, "empty_headers": HEADERS, "in_rows": _in_rows(program)}
+    known = {"commands": commands, "empty_headers": HEADERS, "in_rows": functions_in_rows(program)}
     files = cuda_files(program, templates, **known)
     structs = files.pop(_STRUCTS, None)
     kernels: dict[str, object] = {"kernels": _kernels(program), "empty_headers": HEADERS}
