@@ -1,0 +1,112 @@
+"""Contacts between two moving bodies: power, partials, momentum, and values at the edges of the laws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eomgen.mechanics.derive import derive
+from eomgen.products.testing.demands import partials_error, power_error
+from tests.contacts import NORMAL, SHAPES, TANGENTIAL, contact, pair, scene_of, states_of
+from tests.oracles.evaluation import tape_evaluator
+from tests.oracles.states import rotation_of
+
+CASES = [
+    *(("sphere", law, "coulomb") for law in NORMAL),
+    *(("sphere", "hunt_crossley", law) for law in TANGENTIAL),
+    *((shape, "linear", "formula") for shape in SHAPES),
+]
+SLOW = pytest.mark.slow_except(
+    "sphere-hunt_crossley-bristles", "torus on a surface-linear-formula", "cylinder-linear-formula"
+)
+
+
+@pytest.mark.slow
+@SLOW
+@pytest.mark.parametrize(("shape", "normal", "tangential"), CASES, ids=lambda text: text)
+def test_power_and_partials_are_of_one_law(shape: str, normal: str, tangential: str, rng: np.random.Generator) -> None:
+    scene = pair(shape, normal, tangential)
+    states = states_of(scene, rng)
+    assert power_error(scene, states) <= 1e-12 and partials_error(scene, states) <= 1e-12
+
+
+@pytest.mark.parametrize("parent", ["base", "table"])
+def test_forces_are_equal_and_opposite_at_one_point(parent: str, rng: np.random.Generator) -> None:
+    """Without gravity, momentum and moment of momentum about the origin stay as they are; also if one body carries the
+    other."""
+    scene = pair("ellipsoid", "hunt_crossley", "viscous", parent=parent, gravity=[0, 0, 0])
+    system = derive(scene, ["forward_dynamics", "force"])
+    evaluate, states = tape_evaluator(system), states_of(scene, rng)
+    if parent == "table":  # a force between table and ball does no work on their common motion
+        force = evaluate("force", states)["Q"]
+        assert np.abs(force[:, 6:]).max() > 1.0
+        np.testing.assert_allclose(force[:, :6], 0.0, atol=1e-10)
+        return
+    states["a"] = evaluate("forward_dynamics", states)["vdot"]
+    assert np.abs(states["a"]).max() > 1.0
+    mass, inertia = np.array([3.0, 2.0]), np.array([[0.2, 0.3, 0.25], [0.128, 0.13, 0.12]])
+    total, moment = np.zeros((4, 3)), np.zeros((4, 3))
+    for k, offset in enumerate(([0.1, 0.0, 0.0], [0.0, 0.0, 0.0])):
+        R, place = rotation_of(states["q"][:, 7 * k : 7 * k + 4]), states["q"][:, 7 * k + 4 : 7 * k + 7]
+        w, v = states["v"][:, 6 * k : 6 * k + 3], states["v"][:, 6 * k + 3 : 6 * k + 6]
+        wdot, vdot = states["a"][:, 6 * k : 6 * k + 3], states["a"][:, 6 * k + 3 : 6 * k + 6]
+        s = np.array(offset)
+        acceleration = vdot + np.cross(w, v) + np.cross(wdot, s) + np.cross(w, np.cross(w, s))
+        force = mass[k] * np.einsum("kij,kj->ki", R, acceleration)
+        turning = inertia[k] * wdot + np.cross(w, inertia[k] * w)
+        total += force
+        moment += np.einsum("kij,kj->ki", R, turning) + np.cross(place + np.einsum("kij,j->ki", R, s), force)
+    np.testing.assert_allclose(total, 0.0, atol=1e-10)
+    np.testing.assert_allclose(moment, 0.0, atol=1e-10)
+
+
+def test_absolute_coordinates_have_the_same_forces(rng: np.random.Generator) -> None:
+    scenes = [pair("torus", "linear", "formula", offset=0.0, coordinates=kind) for kind in ("joint", "absolute")]
+    states = states_of(scenes[0], rng)
+    joint, absolute = (tape_evaluator(derive(scene, ["force"]))("force", states)["Q"] for scene in scenes)
+    assert np.abs(joint).max() > 10.0
+    np.testing.assert_allclose(absolute, joint, rtol=1e-11, atol=1e-10)
+
+
+@pytest.mark.slow
+@pytest.mark.slow_except("bristles-hunt_crossley")
+@pytest.mark.parametrize("normal", NORMAL)
+@pytest.mark.parametrize("tangential", TANGENTIAL)
+def test_partials_are_finite_in_the_air_at_the_onset_and_at_rest(
+    normal: str, tangential: str, rng: np.random.Generator
+) -> None:
+    """First and second ones, also in an exponent that is tunable."""
+    keys = f'{NORMAL[normal]}, exponent = "n"' if normal in ("hunt_crossley", "lankarani_nikravesh") else ""
+    law = f'type = "{normal}", {keys}' if keys else normal
+    base = '{ body = "base", axis = [0, 0, 1] }'
+    text = f"""format = 1
+name = "ball"
+parameters = {{ n = {{ value = 1.5, tunable = true }} }}
+bodies.ball = {{ mass = 2, inertia = [0.128, 0.13, 0.12] }}
+joints.ball = {{ type = "free", parent = "base", child = "ball" }}
+{contact("floor", base, 'body = "ball"', law, tangential)}"""
+    scene = scene_of(text)
+    terms = ["residual", "partials", "parameter_partials", "second_partials"]
+    system = derive(scene, [*terms, *(["internal_rate", "internal_partials"] if scene.states else [])])
+    evaluate = tape_evaluator(system)
+    heights = np.array([0.5, 0.4, 0.35, 0.39, 0.39])
+    q = np.zeros((5, 7))
+    q[:, 0], q[:, 6] = 1.0, heights
+    v = np.zeros((5, 6))
+    v[3] = rng.normal(size=6)
+    sizes = {"a": 6, "u": 0, "z": len(scene.states)}
+    state = {"q": q, "v": v, "t": np.zeros((5, 1)), "p": np.full((5, 1), 1.5)}
+    state |= {name: np.zeros((5, size)) for name, size in sizes.items()}
+    state["weights"] = rng.normal(size=(5, 6 + sizes["z"]))
+    state["direction"] = rng.normal(size=(5, 40))
+    for name in system.functions:
+        if name != "base":
+            for result, values in evaluate(name, state).items():
+                assert np.isfinite(values).all(), (name, result)
+
+
+def test_an_ellipsoid_of_equal_axes_is_a_sphere(rng: np.random.Generator) -> None:
+    scenes = [pair(shape, "hertz", "coulomb") for shape in ("sphere", "round")]
+    states = states_of(scenes[0], rng)
+    sphere, ellipsoid = (tape_evaluator(derive(scene, ["force"]))("force", states)["Q"] for scene in scenes)
+    np.testing.assert_allclose(ellipsoid, sphere, rtol=1e-12, atol=1e-10)
