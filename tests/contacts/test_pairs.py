@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.describe import describe
 from eomgen.products.testing.demands import partials_error, power_error
 from tests.contacts import NORMAL, SHAPES, TANGENTIAL, contact, pair, scene_of, states_of
 from tests.oracles.evaluation import tape_evaluator
@@ -110,3 +111,11 @@ def test_an_ellipsoid_of_equal_axes_is_a_sphere(rng: np.random.Generator) -> Non
     states = states_of(scenes[0], rng)
     sphere, ellipsoid = (tape_evaluator(derive(scene, ["force"]))("force", states)["Q"] for scene in scenes)
     np.testing.assert_allclose(ellipsoid, sphere, rtol=1e-12, atol=1e-10)
+
+
+@pytest.mark.parametrize("shape", ["sphere", "torus on a surface", "ellipsoid", "point"])
+def test_pictures_show_bodies_and_surfaces(shape: str) -> None:
+    drawing = describe(pair(shape, "hertz", "")).drawing
+    kinds = {"sphere": "sphere", "torus on a surface": "wheel", "ellipsoid": "ellipsoid"}
+    assert [(item.body, item.kind) for item in drawing.shapes] == [("ball", kinds.get(shape))] * (shape != "point")
+    assert [item.name for item in drawing.contact_surfaces] == ["floor"] * ("surface" in shape)

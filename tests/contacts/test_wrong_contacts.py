@@ -80,3 +80,12 @@ def test_a_call_checks_the_bounds_of_tunable_keys() -> None:
     model = eomgen.build(scene_of(TEXT.format(more="", entry=GOOD.replace("damping = 0.1", 'exponent = "n"'))))
     with pytest.raises(UsageError, match="the exponent of a contact is 0 at n = 0"):
         model.simulate(0.01, 1e-3, parameters={"n": 0.0})
+
+
+@pytest.mark.slow
+def test_a_valley_narrower_than_the_ball_is_told_at_the_start() -> None:
+    entry = GOOD.replace("radius = 0.4", 'radius = 0.4\nsurface = "5 * x**2"')
+    entry = entry.replace("axis = [0, 0, 1]", "axis = [0, 0, 1], x_axis = [1, 0, 0]")
+    entry = entry.replace('body = "ball"', 'body = "ball", position = [0.05, 0, 0.41]')
+    run = eomgen.build(scene_of(TEXT.format(more="", entry=entry))).simulate(0.01, 1e-3, method="rk4")
+    assert not run.success and "as in a valley that is narrower than the body; try: a surface" in run.message

@@ -85,6 +85,7 @@ class Contact(ForceElement):
 
     section: ClassVar[str] = "contacts"
     law: ClassVar[str] = "eomgen.products.contacts.law:LAW"
+    touches: ClassVar[bool] = True
 
     first: Frame
     second: Frame

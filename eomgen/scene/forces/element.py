@@ -26,12 +26,14 @@ class ForceElement:
         imports the law
     added_masses : module and name of the function of algebra, element and number (of a formula of parameters) that
         returns the ``mechanics.tree.inertia.AddedMass`` that the element adds to a body; empty for none
+    touches : whether the element has the frames, the shape and the surface of a rolling constraint, for pictures
     """
 
     name: str
     section: ClassVar[str]
     law: ClassVar[str]
     added_masses: ClassVar[str] = ""
+    touches: ClassVar[bool] = False
 
     @property
     def label(self) -> str:
