@@ -89,3 +89,10 @@ def test_a_valley_narrower_than_the_ball_is_told_at_the_start() -> None:
     entry = entry.replace('body = "ball"', 'body = "ball", position = [0.05, 0, 0.41]')
     run = eomgen.build(scene_of(TEXT.format(more="", entry=entry))).simulate(0.01, 1e-3, method="rk4")
     assert not run.success and "as in a valley that is narrower than the body; try: a surface" in run.message
+
+
+def test_a_ball_below_its_floor_is_noted() -> None:
+    entry = GOOD.replace('body = "ball"', 'body = "ball", position = [0, 0, -0.1]')
+    notes = scene_of(TEXT.format(more="", entry=entry)).notes
+    assert any("contacts.floor: ball starts 0.1 m below the plane, and is moved to the side" in note for note in notes)
+    assert not any("below the plane" in note for note in scene_of(TEXT.format(more="", entry=GOOD)).notes)

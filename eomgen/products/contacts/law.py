@@ -39,12 +39,13 @@ class ContactForces:
     def tangential(self) -> dict[str, Scalar]:
         """Results of the tangential law, and rates of its states."""
         applied, quantities = self._item.tangential, self._quantities
+        absent = dict.fromkeys(("force_x", "force_y", *RATES), quantities.algebra.zero)
         if applied is None:
-            return dict.fromkeys(("force_x", "force_y"), quantities.algebra.zero)
+            return absent
         law = tangential_laws.LAWS[applied.name]
         numbers = {state: quantities.state_numbers[state_name(self._item.name, state)] for state in law.states}
         states = {state: quantities.input("z", number) for state, number in numbers.items()}
-        return self._record(law, applied, {**self.motion.local, "load": self.normal["force"], **states})
+        return absent | self._record(law, applied, {**self.motion.local, "load": self.normal["force"], **states})
 
 
 def contact_forces(quantities: Quantities, item: Contact) -> ContactForces:

@@ -85,7 +85,6 @@ class Contact(ForceElement):
 
     section: ClassVar[str] = "contacts"
     law: ClassVar[str] = "eomgen.products.contacts.law:LAW"
-    touches: ClassVar[bool] = True
 
     first: Frame
     second: Frame
@@ -106,6 +105,10 @@ class Contact(ForceElement):
 
     def passive(self) -> Self:
         return replace(self, tangential=None, elastic=True)
+
+    @property
+    def touches(self) -> bool:
+        return not self.housing
 
     def lengths(self) -> tuple[Formula, ...]:
         return (self.radius,)

@@ -26,14 +26,12 @@ class ForceElement:
         imports the law
     added_masses : module and name of the function of algebra, element and number (of a formula of parameters) that
         returns the ``mechanics.tree.inertia.AddedMass`` that the element adds to a body; empty for none
-    touches : whether the element has the frames, the shape and the surface of a rolling constraint, for pictures
     """
 
     name: str
     section: ClassVar[str]
     law: ClassVar[str]
     added_masses: ClassVar[str] = ""
-    touches: ClassVar[bool] = False
 
     @property
     def label(self) -> str:
@@ -64,6 +62,11 @@ class ForceElement:
     def adds_mass_to(self) -> str:
         """The body to which the element adds mass, by ``added_masses``; empty for none."""
         return ""
+
+    @property
+    def touches(self) -> bool:
+        """Whether the element has the frames, the shape and the surface of a rolling constraint."""
+        return False
 
     def lengths(self) -> tuple[Formula, ...]:
         """Return the lengths of the element.
