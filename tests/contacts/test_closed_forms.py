@@ -10,7 +10,7 @@ from scipy.integrate import quad, solve_ivp
 
 import eomgen
 from eomgen.lie.numeric import rotation_matrix
-from tests.contacts import contact, scene_of
+from tests.contacts.pairs import contact, scene_of
 from tests.oracles.evaluation import Array
 
 FLOOR = '{ body = "base", axis = [0, 0, 1] }'

@@ -8,7 +8,7 @@ import pytest
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.products.testing.demands import partials_error, power_error
-from tests.contacts import NORMAL, SHAPES, TANGENTIAL, contact, pair, scene_of, states_of
+from tests.contacts.pairs import NORMAL, SHAPES, TANGENTIAL, contact, pair, scene_of, states_of
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import rotation_of
 

@@ -10,7 +10,7 @@ import pytest
 SCRIPT = """
 import tomllib
 from eomgen.mechanics.forces import contact_pairs
-from eomgen.products.contacts import tangential_laws
+from eomgen.products.contacts import friction_laws
 from eomgen.products.contacts.laws import ContactLaw, LawKey
 
 quadratic = ContactLaw(
@@ -19,7 +19,7 @@ quadratic = ContactLaw(
     {f"force_{axis}": f"-size * slip_velocity_{axis}" for axis in "xy"},
     definitions={"size": "factor * load * sqrt(slip_velocity_x**2 + slip_velocity_y**2)"},
 )
-tangential_laws.LAWS["quadratic"] = quadratic
+friction_laws.LAWS["quadratic"] = quadratic
 contact_pairs.LOWEST["ball"] = contact_pairs.LOWEST["sphere"]
 contact_pairs.ROUND = (*contact_pairs.ROUND, "ball")
 from eomgen.products.contacts import section

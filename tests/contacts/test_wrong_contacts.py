@@ -6,7 +6,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import DescriptionError, UsageError
-from tests.contacts import contact, scene_of
+from tests.contacts.pairs import contact, scene_of
 
 TEXT = """format = 1
 name = "ball"

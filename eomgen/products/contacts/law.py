@@ -7,12 +7,15 @@ from functools import cached_property
 
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Offer, Quantities
-from eomgen.products.contacts import normal_laws, tangential_laws
+from eomgen.products.contacts import friction_laws, normal_laws
 from eomgen.products.contacts.laws import LOCAL_NAMES, AppliedLaw, ContactLaw, state_name
 from eomgen.products.contacts.pair import PairMotion
 from eomgen.products.contacts.section import RATES, Contact
-from eomgen.symbolic.scalar import Scalar, apply, cross, minus, negative, plus, scaled, transpose
+from eomgen.symbolic.scalar import Scalar, apply, cross, dot, minus, plus, scaled, transpose
 from eomgen.system.description import WORLD
+
+#: Results of tangential laws, each 0 in a law without it.
+_RESULTS = ("force_x", "force_y", "moment_x", "moment_y", "moment_z")
 
 
 class ContactForces:
@@ -39,10 +42,10 @@ class ContactForces:
     def tangential(self) -> dict[str, Scalar]:
         """Results of the tangential law, and rates of its states."""
         applied, quantities = self._item.tangential, self._quantities
-        absent = dict.fromkeys(("force_x", "force_y", *RATES), quantities.algebra.zero)
+        absent = dict.fromkeys((*_RESULTS, *RATES), quantities.algebra.zero)
         if applied is None:
             return absent
-        law = tangential_laws.LAWS[applied.name]
+        law = friction_laws.LAWS[applied.name]
         numbers = {state: quantities.state_numbers[state_name(self._item.name, state)] for state in law.states}
         states = {state: quantities.input("z", number) for state, number in numbers.items()}
         return absent | self._record(law, applied, {**self.motion.local, "load": self.normal["force"], **states})
@@ -64,21 +67,24 @@ def add_contact(loads: Loads, item: Contact, quantities: Quantities) -> None:
         return
     forces = contact_forces(quantities, item)
     motion, normal, friction = forces.motion, forces.normal, forces.tangential
-    force = scaled(normal["force"], motion.normal)
+    axes = dict(zip("xyz", (*motion.tangents, motion.normal), strict=True))
+    force, moment = scaled(normal["force"], motion.normal), quantities.algebra.zero_vector
+    for axis in "xy":
+        force = plus(force, scaled(friction[f"force_{axis}"], axes[axis]))
+    for axis, direction in axes.items():
+        moment = plus(moment, scaled(friction[f"moment_{axis}"], direction))
+    elastic = scaled(normal["elastic"], motion.normal)
     loads.potential = loads.potential + normal["energy"]
-    loads.power = loads.power + (normal["force"] - normal["elastic"]) * motion.local["rate"]
-    for name, tangent in zip("xy", motion.tangents, strict=True):
-        force = plus(force, scaled(friction[f"force_{name}"], tangent))
-        loads.power = loads.power + friction[f"force_{name}"] * motion.local[f"slip_velocity_{name}"]
+    loads.power = loads.power + dot(minus(force, elastic), motion.slip) + dot(moment, motion.turning)
     sides = ((item.second, motion.pair.second, item.first), (item.first, motion.pair.first, item.second))
     for frame, pose, opposite in sides:
         link, origin = quantities.kinematics.local(frame.body, quantities.vector(frame.position))
         if link < 0:  # base and world take no load
             continue
-        to_link = transpose(motion.pair.kinematics.pose(link)[0])
-        on_link = apply(to_link, force if frame is item.second else negative(force))
+        to_link, sign = transpose(motion.pair.kinematics.pose(link)[0]), 1.0 if frame is item.second else -1.0
         arm = plus(origin, apply(to_link, minus(motion.point, pose.origin)))
-        wrench = (cross(arm, on_link), on_link)
+        pushed, turned = (apply(to_link, scaled(sign, part)) for part in (force, moment))
+        wrench = (plus(turned, cross(arm, pushed)), pushed)
         add_wrench(loads.wrenches, link, wrench)
         if opposite.body == WORLD:
             add_wrench(loads.external, link, wrench)

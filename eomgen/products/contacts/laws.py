@@ -73,15 +73,16 @@ class ContactLaw:
     ----------
     name : ``type`` in a scene file
     keys : by name
-    definitions : formulas by name, each of local names, keys, states and earlier definitions
-    results : formulas of the law's results by name
+    definitions : formulas by name, texts or read ones, each of local names, keys, states and earlier definitions
+    results : formulas of the law's results by name: ``force``, and ``elastic`` with its ``energy``, of a normal law;
+        ``force_x``, ``force_y``, ``moment_x``, ``moment_y`` and ``moment_z``, about the normal, of a tangential law
     states : formulas of the rates of internal states, by name; the units are metres
     """
 
     name: str
     keys: Mapping[str, LawKey]
     results: Mapping[str, str]
-    definitions: Mapping[str, str] = field(default_factory=dict)
+    definitions: Mapping[str, str | Formula] = field(default_factory=dict)
     states: Mapping[str, str] = field(default_factory=dict)
 
     def record(self, algebra: Algebra, known: Mapping[str, Scalar]) -> dict[str, Scalar]:
@@ -93,8 +94,9 @@ class ContactLaw:
         texts = {**self.results, **{rate_name(state): text for state, text in self.states.items()}}
         return {name: self._record(algebra, text, scalars) for name, text in texts.items()}
 
-    def _record(self, algebra: Algebra, text: str, scalars: Mapping[str, Scalar]) -> Scalar:
-        formula = read_formula(text, SceneNames(), local_scope(self.name, scalars))
+    def _record(self, algebra: Algebra, text: str | Formula, scalars: Mapping[str, Scalar]) -> Scalar:
+        scope = local_scope(self.name, scalars)
+        formula = read_formula(text, SceneNames(), scope) if isinstance(text, str) else text
         return record(algebra, formula, lambda symbol: scalars[symbol.name])
 
 
@@ -127,7 +129,7 @@ def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw]) -> 
             by_words.setdefault(row.description, []).append(f"`{law}`")
         words = "; ".join(f"{', '.join(of)}: {text}" for text, of in by_words.items())
         default = "required" if first.default is None else f"`{first.default:g}`"
-        kind = "" if first.names is PARAMETERS else "value of the contact and of the state, N"
+        kind = "" if first.names is PARAMETERS else f"value of the contact and of the state, {first.unit}"
         meaning = optional(words, unit=units, names=first.names, kind=kind, shown_default=default)
         fields[name] = (Value | None, meaning)
     return create_model(title, __base__=Table, __module__=__name__, __doc__=documentation, **fields)

@@ -70,7 +70,8 @@ class PairMotion:
         return self._relative_velocity(self.pair.second.origin)
 
     @cached_property
-    def _turning(self) -> Vector:
+    def turning(self) -> Vector:
+        """Angular velocity of the second body against the first, rad/s."""
         return minus(self.pair.angular_velocity(self.pair.second), self.pair.angular_velocity(self.pair.first))
 
     @cached_property
@@ -82,8 +83,8 @@ class PairMotion:
             "gap": self.gap,
             "rate": dot(self.normal, self.slip),
             "deflection": algebra.call(Op.MAX, -self.gap, algebra.zero),
-            "spin": dot(self.normal, self._turning),
-            "wheel_speed": dot(self.axis, self._turning),
+            "spin": dot(self.normal, self.turning),
+            "wheel_speed": dot(self.axis, self.turning),
             "camber": algebra.call(Op.ATAN2, dot(self.axis, self.normal), level),
         }
         for name, tangent in zip("xy", self.tangents, strict=True):

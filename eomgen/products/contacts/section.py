@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Symbol
-from eomgen.products.contacts import normal_laws, tangential_laws
+from eomgen.products.contacts import friction_laws, normal_laws
 from eomgen.products.contacts.laws import LOCAL_NAMES, AppliedLaw, bounds_of, rate_name, read_law, state_name, table_of
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         type: str
 else:
     NormalEntry = table_of("NormalEntry", "A law of the normal force.", normal_laws.LAWS)
-    TangentialEntry = table_of("TangentialEntry", "A law of the tangential force.", tangential_laws.LAWS)
+    TangentialEntry = table_of("TangentialEntry", "A law of the tangential force.", friction_laws.LAWS)
 
 #: Keys of each shape, with examples, and the axes of the second frame that it needs; functions of the same names are in
 #: ``mechanics/forces/contact_pairs.py``.
@@ -139,7 +139,7 @@ def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
         read_frame(f"{key}.second", f"contact of the shape {entry.shape}", entry.second, need, site),
         entry.shape,
         read_law(f"{key}.normal", name, entry.normal, normal_laws.LAWS, values),
-        None if friction is None else read_law(f"{key}.tangential", name, friction, tangential_laws.LAWS, values),
+        None if friction is None else read_law(f"{key}.tangential", name, friction, friction_laws.LAWS, values),
         surface=None if surface is None else read_surface(f"{key}.surface", surface, values),
         housing=entry.housing or "",
         **values.keys(key, entry, "radius", "tube_radius", "semi_axes", "clearance"),
@@ -156,7 +156,7 @@ class _Contacts(ElementSection):
         return {
             state_name(name, state): f"a state of the contact {name}"
             for name, table in laws
-            for state in tangential_laws.LAWS[table.type].states
+            for state in friction_laws.LAWS[table.type].states
         }
 
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
@@ -179,13 +179,13 @@ class _Contacts(ElementSection):
             )
             for item in reading.items["contacts"].values()
             if item.tangential is not None
-            for state in tangential_laws.LAWS[item.tangential.name].states
+            for state in friction_laws.LAWS[item.tangential.name].states
         )
         return {**super().fields(reading), "states": states}
 
 
 #: Rates of internal states, as quantities of scenes.
-RATES = tuple(rate_name(state) for law in tangential_laws.LAWS.values() for state in law.states)
+RATES = tuple(rate_name(state) for law in friction_laws.LAWS.values() for state in law.states)
 _LENGTH = above_zero("the size of a shape [E2415]")
 SECTION = _Contacts(
     key="contacts",
@@ -196,7 +196,7 @@ SECTION = _Contacts(
         **dict.fromkeys(("radius", "tube_radius", "semi_axes"), _LENGTH),
         **dict.fromkeys(("first.position", "second.position", "clearance")),
         **bounds_of(normal_laws.LAWS, "normal"),
-        **bounds_of(tangential_laws.LAWS, "tangential"),
+        **bounds_of(friction_laws.LAWS, "tangential"),
     },
     offers={
         **dict.fromkeys((*LOCAL_NAMES.values(), "contact_x", "contact_y", "contact_z", *RATES), "element"),

@@ -4,8 +4,8 @@ These are ``load``, the normal force, N; ``slip_velocity_x`` and ``slip_velocity
 at the contact, and ``velocity_x`` and ``velocity_y`` at its centre, m/s; ``spin`` about the normal and ``wheel_speed``
 about its axis, rad/s; ``camber``, rad; and the names of normal laws.
 
-A row gives ``force_x`` and ``force_y``. Axes are the axes of the surface, and of a disc or a torus the heading and the
-direction across it.
+A row gives ``force_x``, ``force_y`` and moments, N m, about x, y and the normal z. Axes are the axes of the surface,
+and of a disc or a torus the heading and the direction across it.
 """
 
 from __future__ import annotations
@@ -19,8 +19,11 @@ _FRICTION = LawKey("largest force by load", "", not_below_zero("the friction of 
 _LAWS = (
     ContactLaw(
         "formula",
-        {f"force_{axis}": LawKey(f"force along {axis}", "N", default=0.0, names=TANGENTIAL) for axis in ("x", "y")},
-        {"force_x": "force_x", "force_y": "force_y"},
+        {
+            **{f"force_{axis}": LawKey(f"along {axis}", "N", default=0.0, names=TANGENTIAL) for axis in "xy"},
+            **{f"moment_{axis}": LawKey(f"about {axis}", "N m", default=0.0, names=TANGENTIAL) for axis in "xyz"},
+        },
+        {name: name for name in ("force_x", "force_y", "moment_x", "moment_y", "moment_z")},
     ),
     ContactLaw(
         "coulomb",
