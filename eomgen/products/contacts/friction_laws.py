@@ -55,7 +55,7 @@ _LAWS = (
             "damping": LawKey(
                 "force by load and rate of the bristles", "s/m", not_below_zero("the damping of a contact [E2420]"), 0.0
             ),
-            "release": LawKey("time constant without load", "s", above_zero("the time of release [E2421]"), 1e-3),
+            "release": LawKey("time constant in the air", "s", above_zero("the time of release [E2421]"), 1e-3),
         },
         {
             "force_x": "-load * (stiffness * bristle_x + damping * rate_x)",
@@ -70,10 +70,12 @@ _LAWS = (
             "yielding": "sliding * outward / square if sliding > 0 else 0",
             "rate_x": "slip_velocity_x - yielding * bristle_x",
             "rate_y": "slip_velocity_y - yielding * bristle_y",
+            "open": "min(max(gap / bristle_length, 0), 1)",
+            "free": "open * open * (3 - 2 * open)",
         },
         states={
-            "bristle_x": "rate_x if load > 0 else -bristle_x / release",
-            "bristle_y": "rate_y if load > 0 else -bristle_y / release",
+            "bristle_x": "(1 - free) * rate_x - free * bristle_x / release",
+            "bristle_y": "(1 - free) * rate_y - free * bristle_y / release",
         },
     ),
 )

@@ -10,7 +10,7 @@ from eomgen.mechanics.forces.symbols import Offer, Quantities
 from eomgen.products.contacts import friction_laws, normal_laws
 from eomgen.products.contacts.laws import LOCAL_NAMES, AppliedLaw, ContactLaw, state_name
 from eomgen.products.contacts.pair import PairMotion
-from eomgen.products.contacts.section import RATES, Contact
+from eomgen.products.contacts.section import STATES, Contact
 from eomgen.symbolic.scalar import Scalar, apply, cross, dot, minus, plus, scaled, transpose
 from eomgen.system.description import WORLD
 
@@ -42,13 +42,15 @@ class ContactForces:
     def tangential(self) -> dict[str, Scalar]:
         """Results of the tangential law, and rates of its states."""
         applied, quantities = self._item.tangential, self._quantities
-        absent = dict.fromkeys((*_RESULTS, *RATES), quantities.algebra.zero)
+        absent = dict.fromkeys((*_RESULTS, *STATES), quantities.algebra.zero)
         if applied is None:
             return absent
         law = friction_laws.LAWS[applied.name]
         numbers = {state: quantities.state_numbers[state_name(self._item.name, state)] for state in law.states}
         states = {state: quantities.input("z", number) for state, number in numbers.items()}
-        return absent | self._record(law, applied, {**self.motion.local, "load": self.normal["force"], **states})
+        return (
+            absent | states | self._record(law, applied, {**self.motion.local, "load": self.normal["force"], **states})
+        )
 
 
 def contact_forces(quantities: Quantities, item: Contact) -> ContactForces:
@@ -102,6 +104,6 @@ LAW = Law(
         "normal_force": _offer("normal", "force"),
         **{f"contact_{axis}": _offer("place", axis) for axis in "xyz"},
         **{f"friction_force_{axis}": _offer("tangential", f"force_{axis}") for axis in "xy"},
-        **{name: _offer("tangential", name) for name in RATES},
+        **{name: _offer("tangential", name) for name in STATES},
     },
 )

@@ -128,7 +128,8 @@ def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw]) -> 
         for law, row in rows.items():
             by_words.setdefault(row.description, []).append(f"`{law}`")
         words = "; ".join(f"{', '.join(of)}: {text}" for text, of in by_words.items())
-        default = "required" if first.default is None else f"`{first.default:g}`"
+        defaults = ("required" if row.default is None else f"`{row.default:g}`" for row in rows.values())
+        default = " or ".join(dict.fromkeys(defaults))
         kind = "" if first.names is PARAMETERS else f"value of the contact and of the state, {first.unit}"
         meaning = optional(words, unit=units, names=first.names, kind=kind, shown_default=default)
         fields[name] = (Value | None, meaning)

@@ -184,8 +184,10 @@ class _Contacts(ElementSection):
         return {**super().fields(reading), "states": states}
 
 
-#: Rates of internal states, as quantities of scenes.
-RATES = tuple(rate_name(state) for law in friction_laws.LAWS.values() for state in law.states)
+#: Internal states and their rates, as quantities of scenes.
+STATES = tuple(
+    name for law in friction_laws.LAWS.values() for state in law.states for name in (state, rate_name(state))
+)
 _LENGTH = above_zero("the size of a shape [E2415]")
 SECTION = _Contacts(
     key="contacts",
@@ -199,7 +201,7 @@ SECTION = _Contacts(
         **bounds_of(friction_laws.LAWS, "tangential"),
     },
     offers={
-        **dict.fromkeys((*LOCAL_NAMES.values(), "contact_x", "contact_y", "contact_z", *RATES), "element"),
+        **dict.fromkeys((*LOCAL_NAMES.values(), "contact_x", "contact_y", "contact_z", *STATES), "element"),
         **dict.fromkeys(("normal_force", "friction_force_x", "friction_force_y"), "tension"),
     },
     positional=("first", "second"),
