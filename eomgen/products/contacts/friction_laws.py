@@ -16,12 +16,18 @@ from eomgen.products.contacts.laws import TANGENTIAL, ContactLaw, LawKey
 from eomgen.scene.reading.requirements import above_zero, not_below_zero
 
 _FRICTION = LawKey("largest force by load", "", not_below_zero("the friction of a contact [E2416]"), example="0.5")
+
+
+def _own_formula(words: str, unit: str) -> LawKey:
+    return LawKey(words, unit, default=0.0, names=TANGENTIAL)
+
+
 _LAWS = (
     ContactLaw(
         "formula",
         {
-            **{f"force_{axis}": LawKey(f"along {axis}", "N", default=0.0, names=TANGENTIAL) for axis in "xy"},
-            **{f"moment_{axis}": LawKey(f"about {axis}", "N m", default=0.0, names=TANGENTIAL) for axis in "xyz"},
+            **{f"force_{axis}": _own_formula(f"force along {axis}", "N") for axis in "xy"},
+            **{f"moment_{axis}": _own_formula(f"moment about {axis}", "N m") for axis in "xyz"},
         },
         {name: name for name in ("force_x", "force_y", "moment_x", "moment_y", "moment_z")},
     ),
