@@ -96,3 +96,16 @@ def test_a_ball_below_its_floor_is_noted() -> None:
     notes = scene_of(TEXT.format(more="", entry=entry)).notes
     assert any("contacts.floor: ball starts 0.1 m below the plane, and is moved to the side" in note for note in notes)
     assert not any("below the plane" in note for note in scene_of(TEXT.format(more="", entry=GOOD)).notes)
+
+
+def test_a_force_that_depends_on_itself_is_told() -> None:
+    """Through a controller; friction may depend on the normal force."""
+    servo = 'controllers.servo = { type = "lead_lag", signal = "normal_force.floor", time_constant = 1, lead = 1 }'
+    for force, told in (("1e4 * deflection + servo", True), ("1e4 * deflection", False)):
+        laws = f'type = "formula", force = "{force}"', 'type = "formula", force_x = "-0.1 * load"'
+        text = TEXT.format(more=servo, entry=contact("floor", FLOOR, 'body = "ball"', *laws))
+        if told:
+            with pytest.raises(DescriptionError, match=r"controllers\.servo uses contacts\.floor uses"):
+                scene_of(text)
+        else:
+            assert scene_of(text).states
