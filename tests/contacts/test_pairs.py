@@ -12,6 +12,8 @@ from tests.contacts.pairs import NORMAL, SHAPES, TANGENTIAL, contact, pair, scen
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import rotation_of
 
+#: NumPy evaluates both branches of a choice.
+pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 CASES = [
     *(("sphere", law, "coulomb") for law in NORMAL),
     *(("sphere", "hunt_crossley", law) for law in TANGENTIAL),

@@ -76,7 +76,8 @@ class ContactLaw:
     definitions : formulas by name, texts or read ones, each of local names, keys, states and earlier definitions
     results : formulas of the law's results by name: ``force``, and ``elastic`` with its ``energy``, of a normal law;
         ``force_x``, ``force_y``, ``moment_x``, ``moment_y`` and ``moment_z``, about the normal, of a tangential law
-    states : formulas of the rates of internal states, by name; the units are metres
+    states : formulas of the rates of internal states, by name
+    unit : of the states
     """
 
     name: str
@@ -84,6 +85,7 @@ class ContactLaw:
     results: Mapping[str, str]
     definitions: Mapping[str, str | Formula] = field(default_factory=dict)
     states: Mapping[str, str] = field(default_factory=dict)
+    unit: str = "m"
 
     def record(self, algebra: Algebra, known: Mapping[str, Scalar]) -> dict[str, Scalar]:
         """Return the results by name, and ``NAME_rate`` of each state NAME, recorded on the tape of ``algebra``.

@@ -169,17 +169,14 @@ class _Contacts(ElementSection):
         return "", ""
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
+        contacts = [item for item in reading.items["contacts"].values() if item.tangential is not None]
+        laws = [(item.name, friction_laws.LAWS[item.tangential.name]) for item in contacts]
         states = tuple(
             State(
-                state_name(item.name, state),
-                Symbol(rate_name(state), item.name),
-                0.0,
-                "m",
-                f"{state} of the contact {item.name}",
+                state_name(name, state), Symbol(rate_name(state), name), 0.0, law.unit, f"{state} of the contact {name}"
             )
-            for item in reading.items["contacts"].values()
-            if item.tangential is not None
-            for state in friction_laws.LAWS[item.tangential.name].states
+            for name, law in laws
+            for state in law.states
         )
         return {**super().fields(reading), "states": states}
 
