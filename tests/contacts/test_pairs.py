@@ -10,7 +10,7 @@ from eomgen.mechanics.describe import describe
 from eomgen.products.testing.demands import partials_error, power_error
 from tests.contacts.pairs import NORMAL, SHAPES, TANGENTIAL, contact, pair, scene_of, states_of
 from tests.oracles.evaluation import tape_evaluator
-from tests.oracles.states import rotation_of
+from tests.oracles.states import derivative, random_states, rotation_of
 
 #: NumPy evaluates both branches of a choice.
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
@@ -121,3 +121,68 @@ def test_pictures_show_bodies_and_surfaces(shape: str) -> None:
     kinds = {"sphere": "sphere", "torus on a surface": "wheel", "ellipsoid": "ellipsoid"}
     assert [(item.body, item.kind) for item in drawing.shapes] == [("ball", kinds.get(shape))] * (shape != "point")
     assert [item.name for item in drawing.contact_surfaces] == ["floor"] * ("surface" in shape)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_rate_of_the_gap_is_its_derivative(shape: str, rng: np.random.Generator) -> None:
+    outputs = {"seen": {"formula": ["gap.floor", "gap_rate.floor"]}}
+    scene = pair(shape, "hertz", "", outputs=outputs)
+    system = derive(scene, ["outputs"])
+    evaluate, states = tape_evaluator(system), states_of(scene, rng)
+    gap, rate = evaluate("outputs", states)["y"].T
+    known = np.isfinite(gap)
+    change = derivative(evaluate, system.factors, "outputs", states, {"q": states["v"]})["y"][:, 0]
+    assert np.count_nonzero(known) >= 2 and np.ptp(gap[known]) > 1e-3
+    np.testing.assert_allclose(change[known], rate[known], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", ["cylinder", "hollow"])
+def test_places_in_a_housing_are_where_geometry_has_them(shape: str, rng: np.random.Generator) -> None:
+    names = ("gap", "contact_x", "contact_y", "contact_z", "slip_velocity_x", "slip_velocity_y")
+    outputs = {"seen": {"formula": [f"{name}.floor" for name in names]}}
+    scene = pair(shape, "hertz", "", outputs=outputs)
+    states = states_of(scene, rng)
+    found = tape_evaluator(derive(scene, ["outputs"]))("outputs", states)["y"]
+    z = np.array([0.1, 0.2, 1.0]) / np.linalg.norm([0.1, 0.2, 1.0])
+    x = np.array([1.0, 0.0, 0.0]) - z[0] * z
+    frame = np.stack([x / np.linalg.norm(x), np.cross(z, x / np.linalg.norm(x)), z], axis=1)
+    for k, (q, v) in enumerate(zip(states["q"], states["v"], strict=True)):
+        turned = rotation_of(q[np.newaxis, :4])[0], rotation_of(q[np.newaxis, 7:11])[0]
+        first, second = turned[0] @ [0.1, 0.2, -0.3] + q[4:7], turned[1] @ [0.1, 0.05, 0.02] + q[11:14]
+        axes = turned[0] @ frame
+        offset = second - first
+        if shape == "cylinder":
+            offset = offset - (offset @ axes[:, 2]) * axes[:, 2]
+        outward = offset / np.linalg.norm(offset)
+        point = second + (0.4 if shape == "cylinder" else 0.0) * outward
+        moving = [
+            turned[body] @ v[6 * body + 3 : 6 * body + 6]
+            + np.cross(turned[body] @ v[6 * body : 6 * body + 3], point - q[7 * body + 4 : 7 * body + 7])
+            for body in range(2)
+        ]
+        along = axes[:, 2] if shape == "cylinder" else np.cross(axes[:, 1], outward)
+        along = along / np.linalg.norm(along)
+        slip = [along @ (moving[1] - moving[0]), np.cross(along, outward) @ (moving[1] - moving[0])]
+        expected = [0.001 - np.linalg.norm(offset), *(axes.T @ (point - first)), *slip]
+        np.testing.assert_allclose(found[k], expected, rtol=1e-11, atol=1e-12)
+
+
+def test_the_linear_law_is_that_of_tyres(rng: np.random.Generator) -> None:
+    law = "stiffness = 900, damping = 40, onset = 0.2"
+    text = """format = 1
+name = "wheel"
+bodies.wheel = { mass = 5, inertia = [0.1, 0.18, 0.1] }
+joints.wheel = { type = "free", parent = "base", child = "wheel" }
+points.hub = { body = "wheel" }
+tyres.tyre = { center = "hub", radius = 0.4, stiffness = 900, damping = 40, onset = 0.2 }
+outputs.loads = { formula = ["load.tyre", "normal_force.floor"] }
+"""
+    scene = scene_of(
+        text + contact("floor", '{ body = "base", axis = [0, 0, 1] }', 'body = "wheel"', f'type = "linear", {law}')
+    )
+    system = derive(scene, ["outputs"])
+    states = random_states(system, 40, rng)
+    states["q"][:, 6] = rng.uniform(-0.2, 0.6, 40)
+    tyre, floor = tape_evaluator(system)("outputs", states)["y"].T
+    assert 5 < np.count_nonzero(tyre) < 38
+    np.testing.assert_allclose(floor, tyre, rtol=1e-13, atol=1e-12)
