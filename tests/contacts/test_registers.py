@@ -26,7 +26,7 @@ from eomgen.products.contacts import section
 section.SHAPES["ball"] = section.SHAPES["sphere"]
 
 from eomgen.mechanics.derive import derive
-from eomgen.products.testing.states import tape_evaluator
+from tests.oracles.evaluation import tape_evaluator
 from eomgen.scene.load import from_data
 import numpy as np
 

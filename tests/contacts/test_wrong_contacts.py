@@ -109,3 +109,8 @@ def test_a_force_that_depends_on_itself_is_told() -> None:
                 scene_of(text)
         else:
             assert scene_of(text).states
+
+
+def test_scenes_without_contacts_have_no_names_of_contacts() -> None:
+    with pytest.raises(DescriptionError, match="unknown quantity 'gap'"):
+        scene_of(TEXT.format(more='outputs.seen = { formula = "gap.floor" }', entry=""))
