@@ -96,6 +96,7 @@ TABLE_OF_DOORS: dict[str, str] = {
     "products.waves": (
         "base cli codegen errors formula integrators.compositions mechanics scene symbolic system toolchain"
     ),
+    "products.contacts": "base formula mechanics scene symbolic system",
     "products.fmu": "base cli codegen errors formula pipeline scene system toolchain",
     "products.fields": "base cli codegen errors formula integrators lie pipeline scene symbolic system toolchain",
     "products.studies": (
