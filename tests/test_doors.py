@@ -27,6 +27,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
         *("compared", "contender", "facts_of", "fine_by", "identification", "ladder", "ladders", "method_facts"),
         *("policies", "policy", "studied", "tuning", "work_precision"),
     },
+    "products.contacts": {"TangentialLaw", "TyreFile", "tangential_law"},
     "products.derivatives": {"run_sensitivities", "sensitivities"},
     "products.ensembles": {"Ensemble", "designs", "ensemble", "ensembles", "lane_code"},
     "products.reliability": {
@@ -119,6 +120,7 @@ TABLE_OF_DOORS: dict[str, str] = {
         "base cli codegen compiled errors formula integrators pipeline results scene simulation symbolic system "
         "toolchain products.pictures products.studies"
     ),
+    "products.contacts": "base errors formula scene symbolic",
     "products.comparison": "base cli errors formula lie pipeline scene symbolic system",
     "products.sympy_mechanics": "base errors formula lie pipeline symbolic system",
     "products.testing": (

@@ -34,15 +34,18 @@ class TangentialLaw:
 
     Attributes
     ----------
-    formulas : mapping from name to formula; symbols are parameters, named as formulas, coefficients or quantities
-    quantities : names of the quantities of a pair, such as ``load`` and ``slip_x``
+    formulas : mapping of str to Formula
+        Symbols are parameters, with the names of other formulas, of coefficients or of quantities.
+    quantities : frozenset of str
+        Names of the quantities of a pair, such as ``load`` and ``slip_x``.
     """
 
     formulas: Mapping[str, Formula]
     quantities: frozenset[str]
 
     def order(self, results: Sequence[str], known: Mapping[str, object]) -> list[str]:
-        """Return the names of formulas for results, each after the names in its formula, except ``known`` names."""
+        """Return the names of the formulas that results need, each after the names in its formula; ``known`` names need
+        no formula."""
         mentioned: dict[str, list[str]] = {}
         waiting = list(results)
         while waiting:
@@ -53,7 +56,7 @@ class TangentialLaw:
         return [name for name in TopologicalSorter(mentioned).static_order() if name in mentioned]
 
     def coefficients(self, results: Sequence[str], known: Mapping[str, object]) -> list[str]:
-        """Return the names of all coefficients for results: ``known`` names in use, and missing ones."""
+        """Return the coefficients that results need, ``known`` or not."""
         order = self.order(results, known)
         used = {symbol.name for name in order for symbol in symbols(self.formulas[name])}
         return sorted(used - set(order) - self.quantities)
@@ -61,7 +64,13 @@ class TangentialLaw:
     def values(
         self, results: Sequence[str], coefficients: Mapping[str, ArrayLike], **quantities: ArrayLike
     ) -> dict[str, NDArray[np.float64]]:
-        """Return results by name for batches of states, in the broadcast shape of the quantities; NaN without a value.
+        """Return results by name for batches of states, NaN without a finite value.
+
+        Parameters
+        ----------
+        results : names of formulas
+        coefficients : numbers, or arrays that vary with the states
+        quantities : numbers or arrays by name, of shapes that broadcast
 
         Examples
         --------
@@ -77,7 +86,8 @@ class TangentialLaw:
         return {name: known[name] for name in results}
 
     def record(self, algebra: Algebra, results: Sequence[str], known: Mapping[str, Scalar]) -> dict[str, Scalar]:
-        """Return results by name, recorded on the tape; ``known`` are the scalars of quantities and coefficients."""
+        """Return results by name, recorded on the tape of ``algebra``; ``known`` are the scalars of all quantities and
+        coefficients in use."""
         scalars = dict(known)
         for name in self.order(results, known):
             with algebra.tape.block(f"tangential law: {name}"):
@@ -87,24 +97,24 @@ class TangentialLaw:
 
 @cache
 def tangential_law(name: str, version: str = "", option: str = "") -> TangentialLaw:
-    """Return the law of a table; the formulas of a version and of an option replace formulas of the same names.
+    """Return the law of a table.
 
     Parameters
     ----------
     name : ``linear``, ``brush``, ``tmeasy`` or ``magic_formula``
-    version : of ``magic_formula``: ``5.2``, ``6.1`` or ``6.2``
-    option : of ``magic_formula``: ``tangents``
+    version, option : tables of the law whose formulas replace formulas with the same names; of ``magic_formula``
+        ``5.2``, ``6.1`` or ``6.2``, and ``tangents``
     """
     table = _tables()[name]
     replaced = [table[kind][key] for kind, key in (("versions", version), ("options", option)) if key]
     texts = {key: text for part in (table, *replaced) for key, text in part.items() if key not in _KEYS}
-    defaults = {**dict.fromkeys(table.get("zeros", "").split(), "0"), **dict.fromkeys(table.get("ones", "").split(), "1")}
-    return read_law({**defaults, **texts}, table["quantities"].split(), table["required"].split())
+    numbers = {name: text for key, text in (("zeros", "0"), ("ones", "1")) for name in table.get(key, "").split()}
+    return read_law({**numbers, **texts}, table["quantities"].split(), table["required"].split())
 
 
 def read_law(texts: Mapping[str, str], quantities: Sequence[str], coefficients: Sequence[str]) -> TangentialLaw:
-    """Return the law of texts of formulas; ``coefficients`` are names without a formula. Raises FormulaError for an
-    unknown name."""
+    """Return a law from texts of formulas by name; ``quantities`` and ``coefficients`` are further names. Raises
+    FormulaError for an unknown name."""
     names = SceneNames(parameters=dict.fromkeys((*texts, *quantities, *coefficients), True))
     formulas = {name: read_formula(text, names, PARAMETERS) for name, text in texts.items()}
     return TangentialLaw(formulas, frozenset(quantities))

@@ -35,11 +35,16 @@ class TyreFile:
 
     Attributes
     ----------
-    name : of the file
-    numbers : values in SI by key in upper case
-    texts : values in quotes, and words, by key
-    lines : number of the line of each key
-    unused : keys of coefficients that no formula of the version mentions
+    name : str
+        Name of the file.
+    numbers : mapping of str to float
+        Values in SI by key, in upper case.
+    texts : mapping of str to str
+        Words and texts in quotes by key.
+    lines : mapping of str to int
+        Line of each key.
+    sections : mapping of str to str
+        Section of each key.
     """
 
     name: str
@@ -55,16 +60,21 @@ class TyreFile:
 
     @property
     def version(self) -> str:
-        """Version of the Magic Formula by FITTYP: 5.2 without it."""
+        """Version of the Magic Formula: 5.2 in a file without FITTYP."""
         number = self.numbers.get("FITTYP", 6.0)
         versions: dict[str, str] = _data()["versions"]
         if f"{number:g}" not in versions:
-            fault = f"the Magic Formula of FITTYP = {number:g} is unknown [E]"
+            fault = f"the Magic Formula of FITTYP = {number:g} is unknown [E2280]"
             raise self.fault("FITTYP", fault, f"one of {', '.join(versions)}")
         return versions[f"{number:g}"]
 
     def law(self, results: Sequence[str], option: str = "") -> TangentialLaw:
-        """Return the law of the file's version, whose coefficients are ``numbers``.
+        """Return the law of the file's version; its coefficients are ``numbers``.
+
+        Parameters
+        ----------
+        results : names of formulas that are asked for
+        option : ``tangents`` for the book's slip and camber; the angles themselves by default, as MF-Tyre takes them
 
         Raises
         ------
@@ -73,15 +83,16 @@ class TyreFile:
         """
         law = tangential_law("magic_formula", self.version, option)
         if missing := [name for name in law.coefficients(results, self.numbers) if name not in self.numbers]:
-            raise self.fault(missing[0], f"the file does not have {listed(missing)} [E]", "a number for each")
+            raise self.fault(missing[0], f"the file does not have {listed(missing)} [E2281]", "a number for each")
         turning = [name for name in _data()["turn_slip"].split() if self.numbers.get(name)]
         if turning and self.numbers.get("USE_MODE", 0.0) % 10.0 == 5.0:
-            fault = f"turn slip, by {listed(turning)}, is not part of the law [E]"
+            fault = f"turn slip, by {listed(turning)}, is not part of the law [E2282]"
             raise self.fault("USE_MODE", fault, f"USE_MODE = {self.numbers['USE_MODE'] - 1.0:g} without turn slip")
         return law
 
-    def unused(self, results: Sequence[str], option: str = "") -> list[str]:
-        """Return the keys of coefficients that the results do not depend on, for a note."""
+    def unused_keys(self, results: Sequence[str], option: str = "") -> list[str]:
+        """Return the keys that have no influence on results, for a note; limits and the description of the model are
+        left out."""
         used = self.law(results, option).coefficients(results, self.numbers)
         return sorted(
             name for name in self.numbers if name not in used and not _DESCRIPTIVE.fullmatch(self.sections[name])
@@ -89,7 +100,7 @@ class TyreFile:
 
 
 def read_tyre_file(path: Path) -> TyreFile:
-    """Return the content of a file of a tyre, in SI.
+    """Return the content of a tyre's file, in SI.
 
     Raises
     ------
@@ -110,7 +121,7 @@ def read_tyre_file(path: Path) -> TyreFile:
         elif in_table or (match and match["table"]):
             in_table = True
         elif not match:
-            fault = f"{shown(text.strip()[:40])} is neither a section nor a key with a value [E]"
+            fault = f"{shown(text.strip()[:40])} is neither a section nor a key with a value [E2283]"
             raise DescriptionError(Problem(f"{path.name}:{number}", fault, "KEY = value, or $ before a comment"))
         elif match["key"]:
             key, value = match["key"].upper(), match["value"].strip()
@@ -118,7 +129,7 @@ def read_tyre_file(path: Path) -> TyreFile:
                 units[key] = value.strip("'\"").strip().lower()
                 continue
             if key in lines:
-                fault = f"{key} is in line {lines[key]} and in line {number} [E]"
+                fault = f"{key} is in line {lines[key]} and in line {number} [E2284]"
                 raise file.fault(key, fault, "one of the two")
             lines[key], sections[key] = number, section
             if re.match(r"[-+.\d]|$", value):
@@ -136,7 +147,7 @@ def _number(file: TyreFile, key: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise file.fault(key, f"{shown(text)} is not a number [E]", "a number such as 1.25")
+        raise file.fault(key, f"{shown(text)} is not a number [E2285]", "a number such as 1.25")
     return value
 
 
@@ -146,7 +157,7 @@ def _convert(file: TyreFile, numbers: dict[str, float], units: Mapping[str, str]
     for dimension, known in _data()["units"].items():
         unit = units.get(dimension, next(iter(known)))
         if unit not in known:
-            raise file.fault(dimension, f"the unit {shown(unit)} is unknown [E]", f"one of {', '.join(known)}")
+            raise file.fault(dimension, f"the unit {shown(unit)} is unknown [E2286]", f"one of {', '.join(known)}")
         factors[dimension] = known[unit]
     names = SceneNames(parameters=dict.fromkeys(factors, False))
     for text, keys in _data()["dimensions"].items():
