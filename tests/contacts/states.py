@@ -47,7 +47,7 @@ def results_at(version: str, numbers: Mapping[str, float], states: Array, mode: 
     if mode == "221":
         law = TangentialLaw({**law.formulas, **read_law(_MODE_221, ["slip_y", "camber"], []).formulas}, law.quantities)
     load, kappa, alpha, gamma, speed, pressure = states.T
-    known = {**numbers, **({"INFLPRES": pressure} if pressure.any() else {})}
+    known = {**numbers, **({"INFLPRES": pressure} if pressure.any() else {}), "CURVATURE_MOST": 1e3}  # 2xx: no limits
     given = {"load": load, "slip_x": kappa, "slip_y": np.tan(alpha), "camber": gamma, "velocity_x": speed}
     given["wheel_speed"] = speed / numbers["UNLOADED_RADIUS"]
     for _ in range(60):

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.formula.evaluate import evaluate_batch, symbols
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import Formula, Operation
 from eomgen.formula.recording import record
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import PARAMETERS, SceneNames
@@ -90,8 +90,7 @@ class TangentialLaw:
         coefficients in use."""
         scalars = dict(known)
         for name in self.order(results, known):
-            with algebra.tape.block(f"tangential law: {name}"):
-                scalars[name] = record(algebra, self.formulas[name], lambda symbol: scalars[symbol.name])
+            scalars[name] = record(algebra, self.formulas[name], lambda symbol: scalars[symbol.name])
         return {name: scalars[name] for name in results}
 
 
@@ -117,7 +116,8 @@ def read_law(texts: Mapping[str, str], quantities: Sequence[str], coefficients: 
     FormulaError for an unknown name."""
     names = SceneNames(parameters=dict.fromkeys((*texts, *quantities, *coefficients), True))
     formulas = {name: read_formula(text, names, PARAMETERS) for name, text in texts.items()}
-    return TangentialLaw(formulas, frozenset(quantities))
+    labelled = {name: replace(item, label=name) for name, item in formulas.items() if isinstance(item, Operation)}
+    return TangentialLaw({**formulas, **labelled}, frozenset(quantities))
 
 
 @cache
