@@ -136,3 +136,11 @@ def test_a_coefficient_replaces_the_default_of_its_name() -> None:
     fewer = {name: number for name, number in numbers.items() if name != "PKY4"}
     both = [law.values(["stiffness_y"], {**fewer, **more}, **ROLLING)["stiffness_y"] for more in ({}, {"PKY4": 2.0})]
     assert both[0] == both[1] != law.values(["stiffness_y"], numbers, **ROLLING)["stiffness_y"]
+
+
+def test_factors_of_curvature_are_limited() -> None:
+    law, numbers = tangential_law("magic_formula", "6.1"), {**numbers_of("6.1"), "PEX2": 0.0, "PEX3": 0.0, "PEX4": 0.0}
+    limits = ({"PEX1": 1.0}, {"PEX1": 3.0}, {"PEX1": 3.0, "CURVATURE_MOST": 1e3})
+    found = [float(law.values(["force_x"], {**numbers, **more}, **ROLLING)["force_x"]) for more in limits]
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
+    assert found[2] < 0.97 * found[0]
