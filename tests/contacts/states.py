@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.products.contacts.tangential_laws import TangentialLaw, read_law, tangential_law
+from eomgen.products.contacts.tangential_laws import TangentialLaw, read_formulas, tangential_law
 from eomgen.products.contacts.tyre_files import TyreFile, read_tyre_file
 
 Array = NDArray[np.float64]
@@ -45,7 +45,8 @@ def results_at(version: str, numbers: Mapping[str, float], states: Array, mode: 
     file)."""
     law = tangential_law("magic_formula", version)
     if mode == "221":
-        law = TangentialLaw({**law.formulas, **read_law(_MODE_221, ["slip_y", "camber"], []).formulas}, law.quantities)
+        other = read_formulas(_MODE_221, ["slip_y", "camber"], []).formulas
+        law = TangentialLaw({**law.formulas, **other}, law.quantities)
     load, kappa, alpha, gamma, speed, pressure = states.T
     known = {**numbers, **({"INFLPRES": pressure} if pressure.any() else {}), "CURVATURE_MOST": 1e3}  # 2xx: no limits
     given = {"load": load, "slip_x": kappa, "slip_y": np.tan(alpha), "camber": gamma, "velocity_x": speed}

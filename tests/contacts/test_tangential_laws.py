@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from eomgen.products.contacts.tangential_laws import read_law, tangential_law
+from eomgen.products.contacts.tangential_laws import read_formulas, tangential_law
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.symbolic.calculus.partials import gradient
 from eomgen.symbolic.evaluate import evaluate
@@ -136,4 +136,4 @@ def test_values_and_partials_on_the_tape_are_finite_at_the_edges(name: str, coef
 
 def test_a_law_names_unknown_names() -> None:
     with pytest.raises(FormulaError, match="unknown name 'slipx'"):
-        read_law({"force_x": "STIFFNESS*slipx"}, ["slip_x"], ["STIFFNESS"])
+        read_formulas({"force_x": "STIFFNESS*slipx"}, ["slip_x"], ["STIFFNESS"])

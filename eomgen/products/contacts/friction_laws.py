@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from eomgen.products.contacts import slip_laws
 from eomgen.products.contacts.laws import TANGENTIAL, ContactLaw, LawKey
 from eomgen.scene.reading.requirements import above_zero, not_below_zero
 
@@ -85,4 +86,4 @@ _LAWS = (
         },
     ),
 )
-LAWS: Mapping[str, ContactLaw] = {law.name: law for law in _LAWS}
+LAWS: Mapping[str, ContactLaw] = {law.name: law for law in (*_LAWS, *slip_laws.ROWS)}

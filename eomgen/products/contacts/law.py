@@ -15,7 +15,7 @@ from eomgen.symbolic.scalar import Scalar, apply, cross, dot, minus, plus, scale
 from eomgen.system.description import WORLD
 
 #: Results of tangential laws, each 0 in a law without it.
-_RESULTS = ("force_x", "force_y", "moment_x", "moment_y", "moment_z")
+_RESULTS = ("force_x", "force_y", "moment_x", "moment_y", "moment_z", "slip_x", "slip_y")
 
 
 class ContactForces:
@@ -104,6 +104,6 @@ LAW = Law(
         "normal_force": _offer("normal", "force"),
         **{f"contact_{axis}": _offer("place", axis) for axis in "xyz"},
         **{f"friction_force_{axis}": _offer("tangential", f"force_{axis}") for axis in "xy"},
-        **{name: _offer("tangential", name) for name in STATES},
+        **{name: _offer("tangential", name) for name in ("slip_x", "slip_y", *STATES)},
     },
 )

@@ -9,10 +9,9 @@ from pydantic import create_model
 
 from eomgen.base.data import dataclass, field
 from eomgen.formula.nodes import Formula, Number, Symbol
-from eomgen.formula.recording import record
 from eomgen.formula.substitution import map_symbols
-from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE, SceneNames, Scope
+from eomgen.products.contacts.tangential_laws import read_formulas
+from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE, Scope
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.requirements import Bound
@@ -73,33 +72,28 @@ class ContactLaw:
     ----------
     name : ``type`` in a scene file
     keys : by name
-    definitions : formulas by name, texts or read ones, each of local names, keys, states and earlier definitions
+    definitions : formulas by name, of local names, keys, states and other definitions
     results : formulas of the law's results by name: ``force``, and ``elastic`` with its ``energy``, of a normal law;
         ``force_x``, ``force_y``, ``moment_x``, ``moment_y`` and ``moment_z``, about the normal, of a tangential law
     states : formulas of the rates of internal states, by name
     unit : of the states
+    more : further keys, as ``Values.check_kind`` takes them
     """
 
     name: str
     keys: Mapping[str, LawKey]
     results: Mapping[str, str]
-    definitions: Mapping[str, str | Formula] = field(default_factory=dict)
+    definitions: Mapping[str, str] = field(default_factory=dict)
     states: Mapping[str, str] = field(default_factory=dict)
     unit: str = "m"
+    more: str = ""
 
     def record(self, algebra: Algebra, known: Mapping[str, Scalar]) -> dict[str, Scalar]:
         """Return the results by name, and ``NAME_rate`` of each state NAME, recorded on the tape of ``algebra``.
         ``known`` are the scalars of local names, keys and states."""
-        scalars = dict(known)
-        for name, text in self.definitions.items():
-            scalars[name] = self._record(algebra, text, scalars)
-        texts = {**self.results, **{rate_name(state): text for state, text in self.states.items()}}
-        return {name: self._record(algebra, text, scalars) for name, text in texts.items()}
-
-    def _record(self, algebra: Algebra, text: str | Formula, scalars: Mapping[str, Scalar]) -> Scalar:
-        scope = local_scope(self.name, scalars)
-        formula = read_formula(text, SceneNames(), scope) if isinstance(text, str) else text
-        return record(algebra, formula, lambda symbol: scalars[symbol.name])
+        results = {**self.results, **{rate_name(state): text for state, text in self.states.items()}}
+        texts = {**self.definitions, **{name: text for name, text in results.items() if name != text}}
+        return read_formulas(texts, [*known], []).record(algebra, [*results], known)
 
 
 @dataclass(frozen=True)
@@ -120,8 +114,9 @@ def state_name(contact: str, name: str) -> str:
     return f"{contact}_{name}"
 
 
-def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw]) -> Any:
-    """Return the schema of the table of a law in a scene file: ``type``, and the keys of all laws."""
+def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw], base: type[Table] = Table) -> Any:
+    """Return the schema of the table of a law in a scene file: ``type``, the keys of all laws, and the keys of
+    ``base``."""
     fields: dict[str, Any] = {"type": (Literal[tuple(laws)], key("the law, one of the table below", kind="see below"))}
     for name in dict.fromkeys(name for law in laws.values() for name in law.keys):
         rows = {law.name: law.keys[name] for law in laws.values() if name in law.keys}
@@ -135,7 +130,7 @@ def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw]) -> 
         kind = "" if first.names is PARAMETERS else f"value of the contact and of the state, {first.unit}"
         meaning = optional(words, unit=units, names=first.names, kind=kind, shown_default=default)
         fields[name] = (Value | None, meaning)
-    return create_model(title, __base__=Table, __module__=__name__, __doc__=documentation, **fields)
+    return create_model(title, __base__=base, __module__=__name__, __doc__=documentation, **fields)
 
 
 def bounds_of(laws: Mapping[str, ContactLaw], table: str) -> dict[str, Bound | None]:
@@ -144,18 +139,23 @@ def bounds_of(laws: Mapping[str, ContactLaw], table: str) -> dict[str, Bound | N
     return {f"{table}.{name}": item.bound for name, item in rows}
 
 
+def defaults_of(law: ContactLaw) -> dict[str, Formula]:
+    """Return the default of each key of a law; 0 for a needed key."""
+    return {name: Number(item.default or 0.0) for name, item in law.keys.items()}
+
+
 def read_law(key: str, contact: str, entry: Any, laws: Mapping[str, ContactLaw], values: Values) -> AppliedLaw:
     """Return the law of the table at ``key`` of a contact; missing keys, and keys of other laws, are reported."""
     taken = {
         law.name: " ".join(
-            name if item.default is not None else f"{name}={item.example}" for name, item in law.keys.items()
+            [law.more, *(n if item.default is not None else f"{n}={item.example}" for n, item in law.keys.items())]
         )
         for law in laws.values()
     }
     values.check_kind(key, entry, "type", taken)
     keys = laws[entry.type].keys
-    defaults: dict[str, Formula] = {name: Number(item.default or 0.0) for name, item in keys.items()}
-    given = values.keys(key, entry, *keys)
+    defaults = defaults_of(laws[entry.type])
+    given = values.keys(key, entry, *keys) if keys else {}
 
     def own_symbol(symbol: Symbol) -> Formula:
         return Symbol(LOCAL_NAMES[symbol.name], contact) if symbol.kind == "local" else symbol

@@ -10,7 +10,17 @@ from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Symbol
 from eomgen.products.contacts import friction_laws, normal_laws
-from eomgen.products.contacts.laws import LOCAL_NAMES, AppliedLaw, bounds_of, rate_name, read_law, state_name, table_of
+from eomgen.products.contacts.laws import (
+    LOCAL_NAMES,
+    AppliedLaw,
+    bounds_of,
+    defaults_of,
+    rate_name,
+    read_law,
+    state_name,
+    table_of,
+)
+from eomgen.products.contacts.slip_laws import SlipLaw, SlipTable, read_coefficients
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import BETWEEN_FRAMES
@@ -31,11 +41,11 @@ if TYPE_CHECKING:
     class NormalEntry(Table):
         type: str
 
-    class TangentialEntry(Table):
+    class TangentialEntry(SlipTable):
         type: str
 else:
     NormalEntry = table_of("NormalEntry", "A law of the normal force.", normal_laws.LAWS)
-    TangentialEntry = table_of("TangentialEntry", "A law of the tangential force.", friction_laws.LAWS)
+    TangentialEntry = table_of("TangentialEntry", "A law of the tangential force.", friction_laws.LAWS, SlipTable)
 
 #: Keys of each shape, with examples, and the axes of the second frame that it needs; functions of the same names are in
 #: ``mechanics/forces/contact_pairs.py``.
@@ -68,7 +78,7 @@ class ContactEntry(Table):
         "a hollow about the origin, or about the z axis of `first`, in place of the plane, for a sphere or a point"
     )
     clearance: Value | None = of_parameters("radius of the housing less the radius of the sphere", unit="m")
-    normal: NormalEntry = key("law of the normal force")
+    normal: NormalEntry | None = optional("law of the normal force", shown_default="linear, by the tyre's file")
     tangential: TangentialEntry | None = optional("law of the tangential force", shown_default="without friction")
 
 
@@ -117,6 +127,10 @@ class Contact(ForceElement):
         return self.first, self.second
 
 
+#: Law in place of a law that the tyre's file gives.
+_OF_FILE = AppliedLaw("linear", {})
+
+
 def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
     """Return the contact of an entry of [contacts]; faults are reported."""
     key, values, report = key_of("contacts", name), site.values, site.values.report
@@ -138,7 +152,7 @@ def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
         read_frame(f"{key}.first", "contact", entry.first, "z", site),
         read_frame(f"{key}.second", f"contact of the shape {entry.shape}", entry.second, need, site),
         entry.shape,
-        read_law(f"{key}.normal", name, entry.normal, normal_laws.LAWS, values),
+        _OF_FILE if entry.normal is None else read_law(f"{key}.normal", name, entry.normal, normal_laws.LAWS, values),
         None if friction is None else read_law(f"{key}.tangential", name, friction, friction_laws.LAWS, values),
         surface=None if surface is None else read_surface(f"{key}.surface", surface, values),
         housing=entry.housing or "",
@@ -147,6 +161,24 @@ def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
 
 
 class _Contacts(ElementSection):
+    def read_entry(self, name: str, entry: ContactEntry, reading: Reading) -> Contact:
+        item, key = super().read_entry(name, entry, reading), key_of("contacts", name)
+        assert isinstance(item, Contact)
+        table = entry.tangential
+        if table is not None and isinstance(row := friction_laws.LAWS[table.type], SlipLaw):
+            found = read_coefficients(f"{key}.tangential", row, table, reading.folder, reading.values)
+            item = replace(item, tangential=AppliedLaw(row.name, found))
+        if entry.normal is not None:
+            return item
+        known = {} if item.tangential is None else item.tangential.values
+        if "VERTICAL_STIFFNESS" not in known:
+            hint = 'normal = { type = "linear", stiffness = "200 kN/m" }'
+            reading.report.add(key, "no law of the normal force, and no tyre's file with a stiffness [E2438]", hint)
+            return item
+        springs = {"stiffness": "VERTICAL_STIFFNESS", "damping": "VERTICAL_DAMPING"}
+        given = {name: known[of] for name, of in springs.items() if of in known}
+        return replace(item, normal=AppliedLaw("linear", defaults_of(normal_laws.LAWS["linear"]) | given))
+
     def names(self, reading: Reading) -> Mapping[str, Any]:
         if not reading.names_in("contacts"):  # schemas that are kept have all sections
             return {}
@@ -201,7 +233,7 @@ SECTION = _Contacts(
     },
     offers={
         **dict.fromkeys((*LOCAL_NAMES.values(), "contact_x", "contact_y", "contact_z", *STATES), "element"),
-        **dict.fromkeys(("normal_force", "friction_force_x", "friction_force_y"), "tension"),
+        **dict.fromkeys(("normal_force", "friction_force_x", "friction_force_y", "slip_x", "slip_y"), "tension"),
     },
     positional=("first", "second"),
     documentation="""

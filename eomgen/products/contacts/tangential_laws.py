@@ -102,16 +102,18 @@ def tangential_law(name: str, version: str = "", option: str = "") -> Tangential
     ----------
     name : ``linear``, ``brush``, ``tmeasy`` or ``magic_formula``
     version, option : tables of the law whose formulas replace formulas with the same names; of ``magic_formula``
-        ``5.2``, ``6.1`` or ``6.2``, and ``tangents``
+        ``5.2``, ``6.1`` or ``6.2``, and ``tangents``; option ``motion`` of all laws: slips from the motion of a pair
     """
-    table = _tables()[name]
-    replaced = [table[kind][key] for kind, key in (("versions", version), ("options", option)) if key]
-    texts = {key: text for part in (table, *replaced) for key, text in part.items() if key not in _KEYS}
+    table, motion = _tables()[name], _tables()["motion"] if option == "motion" else {}
+    chosen = (("versions", version), ("options", "" if motion else option))
+    replaced = [table[kind][key] for kind, key in chosen if key]
+    texts = {key: text for part in (motion, table, *replaced) for key, text in part.items() if key not in _KEYS}
     numbers = {name: text for key, text in (("zeros", "0"), ("ones", "1")) for name in table.get(key, "").split()}
-    return read_law({**numbers, **texts}, table["quantities"].split(), table["required"].split())
+    quantities = f"{table['quantities']} {motion.get('quantities', '')}".split()
+    return read_formulas({**numbers, **texts}, quantities, table["required"].split())
 
 
-def read_law(texts: Mapping[str, str], quantities: Sequence[str], coefficients: Sequence[str]) -> TangentialLaw:
+def read_formulas(texts: Mapping[str, str], quantities: Sequence[str], coefficients: Sequence[str]) -> TangentialLaw:
     """Return a law from texts of formulas by name; ``quantities`` and ``coefficients`` are further names. Raises
     FormulaError for an unknown name."""
     names = SceneNames(parameters=dict.fromkeys((*texts, *quantities, *coefficients), True))

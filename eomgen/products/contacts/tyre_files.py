@@ -62,11 +62,10 @@ class TyreFile:
     def version(self) -> str:
         """Version of the Magic Formula: 5.2 in a file without FITTYP."""
         number = self.numbers.get("FITTYP", 6.0)
-        versions: dict[str, str] = _data()["versions"]
-        if f"{number:g}" not in versions:
+        if not (version := version_of(number)):
             fault = f"the Magic Formula of FITTYP = {number:g} is unknown [E2431]"
-            raise self.fault("FITTYP", fault, f"one of {', '.join(versions)}")
-        return versions[f"{number:g}"]
+            raise self.fault("FITTYP", fault, f"one of {', '.join(_data()['versions'])}")
+        return version
 
     def law(self, results: Sequence[str], option: str = "") -> TangentialLaw:
         """Return the law of the file's version; its coefficients are ``numbers``.
@@ -84,19 +83,29 @@ class TyreFile:
         law = tangential_law("magic_formula", self.version, option)
         if missing := [name for name in law.coefficients(results, self.numbers) if name not in self.numbers]:
             raise self.fault(missing[0], f"the file does not have {listed(missing)} [E2432]", "a number for each")
+        self.check_turn_slip()
+        return law
+
+    def check_turn_slip(self) -> None:
+        """Raise DescriptionError for a file that asks for turn slip."""
         turning = [name for name in _data()["turn_slip"].split() if self.numbers.get(name)]
         if turning and self.numbers.get("USE_MODE", 0.0) % 10.0 == 5.0:
             fault = f"turn slip, by {listed(turning)}, is not part of the law [E2433]"
             raise self.fault("USE_MODE", fault, f"USE_MODE = {self.numbers['USE_MODE'] - 1.0:g} without turn slip")
-        return law
 
     def unused_keys(self, results: Sequence[str], option: str = "") -> list[str]:
         """Return the keys that have no influence on results, for a note; limits and the description of the model are
         left out."""
-        used = self.law(results, option).coefficients(results, self.numbers)
+        used = tangential_law("magic_formula", self.version, option).coefficients(results, self.numbers)
         return sorted(
             name for name in self.numbers if name not in used and not _DESCRIPTIVE.fullmatch(self.sections[name])
         )
+
+
+def version_of(fitted: float) -> str:
+    """Return the version of the Magic Formula by FITTYP; empty for an unknown one."""
+    versions: dict[str, str] = _data()["versions"]
+    return versions.get(f"{fitted:g}", "")
 
 
 def read_tyre_file(path: Path) -> TyreFile:
