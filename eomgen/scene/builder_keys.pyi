@@ -432,7 +432,7 @@ class SectionMethods:
         surface: Value | None = ...,
         housing: str | None = ...,
         clearance: Value | None = ...,
-        normal: Mapping[str, Any],
+        normal: Mapping[str, Any] | None = ...,
         tangential: Mapping[str, Any] | None = ...,
     ) -> Self: ...
     def force(

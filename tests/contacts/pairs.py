@@ -9,6 +9,7 @@ import numpy as np
 
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
+from tests.contacts.states import OWN
 from tests.oracles.evaluation import Array
 
 SURFACE = 'surface = "0.1 * x * y + 0.2 * cos(x)"'
@@ -37,6 +38,8 @@ TANGENTIAL = {
     "coulomb": "friction = 0.5, velocity = 0.1",
     "viscous": "damping = 0.3",
     "bristles": "friction = 0.5, damping = 0.2",
+    "brush": "coefficients = { STIFFNESS = 15, FRICTION = 0.9 }",
+    "magic_formula": f'file = "{OWN.as_posix()}"',
     "formula": 'force_x = "-0.2 * load * slip_velocity_x * (1 + camber**2)", '
     'force_y = "-load * (0.1 * slip_velocity_y + 0.01 * spin + 0.03 * velocity_x * wheel_speed + gap)", '
     'moment_x = "0.02 * load", moment_y = "-0.01 * load * wheel_speed", moment_z = "-0.03 * load * spin"',

@@ -115,8 +115,7 @@ def state_name(contact: str, name: str) -> str:
 
 
 def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw], base: type[Table] = Table) -> Any:
-    """Return the schema of the table of a law in a scene file: ``type``, the keys of all laws, and the keys of
-    ``base``."""
+    """Return the schema of a law's table in a scene file: ``type``, the keys of all laws, and the keys in ``base``."""
     fields: dict[str, Any] = {"type": (Literal[tuple(laws)], key("the law, one of the table below", kind="see below"))}
     for name in dict.fromkeys(name for law in laws.values() for name in law.keys):
         rows = {law.name: law.keys[name] for law in laws.values() if name in law.keys}

@@ -166,8 +166,8 @@ class _Contacts(ElementSection):
         assert isinstance(item, Contact)
         table = entry.tangential
         if table is not None and isinstance(row := friction_laws.LAWS[table.type], SlipLaw):
-            found = read_coefficients(f"{key}.tangential", row, table, reading.folder, reading.values)
-            item = replace(item, tangential=AppliedLaw(row.name, found))
+            coefficients = read_coefficients(f"{key}.tangential", row, table, reading.folder, reading.values)
+            item = replace(item, tangential=AppliedLaw(row.name, coefficients))
         if entry.normal is not None:
             return item
         known = {} if item.tangential is None else item.tangential.values
@@ -227,7 +227,7 @@ SECTION = _Contacts(
     reader=read_contact,
     bounds={
         **dict.fromkeys(("radius", "tube_radius", "semi_axes"), _LENGTH),
-        **dict.fromkeys(("first.position", "second.position", "clearance")),
+        **dict.fromkeys(("first.position", "second.position", "clearance", "tangential.coefficients")),
         **bounds_of(normal_laws.LAWS, "normal"),
         **bounds_of(friction_laws.LAWS, "tangential"),
     },
