@@ -64,8 +64,8 @@ class SlipLaw(ContactLaw):
 
 
 def read_coefficients(key: str, row: SlipLaw, entry: SlipTable, folder: Path, values: Values) -> dict[str, Formula]:
-    """Return the coefficients of the law at ``key``, numbers from the file or formulas from the scene; faults are reported,
-    and keys of the file without use are noted."""
+    """Return the coefficients of the law at ``key``, numbers from the file or formulas from the scene; faults are
+    reported, and keys of the file without use are noted."""
     report, numbers, version = values.report, dict[str, Formula](), ""
     if entry.file is not None:
         try:
