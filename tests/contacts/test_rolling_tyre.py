@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,10 +12,12 @@ import eomgen
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.products.contacts.tangential_laws import tangential_law
+from eomgen.products.contacts.tyre_files import read_tyre_file
 from eomgen.scene.scene import Scene
 from tests.contacts.pairs import scene_of
-from tests.contacts.states import OWN, own_tyre
+from tests.contacts.states import MORE, OWN, own_tyre
 from tests.contacts.test_tangential_laws import BRUSH, VAN
+from tests.contacts.test_tangential_laws import LINEAR as LINEAR_SLIP
 from tests.oracles.evaluation import Array, tape_evaluator
 
 SEEN = (
@@ -42,7 +45,7 @@ tangential = {{ {law} }}
 [outputs]
 seen = {{ formula = [{seen}] }}
 """
-LINEAR = 'normal = { type = "linear", stiffness = "200 kN/m" }'
+SPRING = 'normal = { type = "linear", stiffness = "200 kN/m" }'
 
 
 def wheel(law: str, speed: float = 65.0, sideways: float = 0.1, normal: str = "") -> Scene:
@@ -68,12 +71,27 @@ def seen_at(scene: Scene, slips: Array) -> dict[str, Array]:
     return dict(zip(SEEN, found.T, strict=True))
 
 
-@pytest.mark.parametrize("name", ["magic_formula", "tmeasy", "brush"])
-def test_forces_of_a_steady_slip_are_the_values_of_the_table(name: str) -> None:
-    numbers = {"magic_formula": {**own_tyre().numbers, "LMUX": 0.9}, "tmeasy": VAN, "brush": BRUSH}[name]
-    version = "6.1" if name == "magic_formula" else ""
-    text = f'{TYRE}, coefficients = {{ LMUX = "grip" }}' if version else f'type = "{name}", {coefficients_of(numbers)}'
-    scene, law = wheel(text, normal="" if version else LINEAR), tangential_law(name, version)
+@pytest.mark.parametrize(
+    ("name", "version"),
+    [*(("magic_formula", version) for version in MORE), *((name, "") for name in ("tmeasy", "brush", "linear"))],
+)
+def test_forces_of_a_steady_slip_are_the_values_of_the_table(name: str, version: str, tmp_path: Path) -> None:
+    tables = {"tmeasy": VAN, "brush": BRUSH, "linear": LINEAR_SLIP}
+    if version:
+        fitted = OWN.read_text(encoding="utf-8").replace(
+            "= 61 ", f"= {version.replace('.', '').replace('52', '6')} ", 1
+        )
+        more = "".join(f"{key} = {value}\n" for key, value in MORE[version].items() if f"\n{key} " not in fitted)
+        (tmp_path / "car.tir").write_text(f"{fitted}[MORE]\n{more}", encoding="utf-8")
+        file = read_tyre_file(tmp_path / "car.tir")
+        assert file.version == version
+        numbers = {**file.numbers, "LMUX": 0.9}
+        path = (tmp_path / "car.tir").as_posix()
+        text = f'type = "{name}", file = "{path}", coefficients = {{ LMUX = "grip" }}'
+    else:
+        numbers = tables[name]
+        text = f'type = "{name}", {coefficients_of(numbers)}'
+    scene, law = wheel(text, normal="" if version else SPRING), tangential_law(name, version)
     first = seen_at(scene, np.zeros((7, 2)))
     known = {"load": first["normal_force"], "camber": first["camber"], "wheel_speed": first["wheel_speed"]}
     known |= {"velocity_x": first["velocity_x"]}
@@ -114,7 +132,7 @@ def test_the_response_to_a_step_of_slip_has_the_relaxation_length(axis: str) -> 
 
 def test_the_force_acts_on_the_road() -> None:
     """The moment about the axle has the arm of the loaded radius."""
-    scene = wheel(f'type = "brush", {coefficients_of(BRUSH)}', normal=LINEAR)
+    scene = wheel(f'type = "brush", {coefficients_of(BRUSH)}', normal=SPRING)
     state = {"q": np.array([[1.0, 0, 0, 0, 0, 0, 0.29]]), "v": np.array([[0, 60.0, 0, 20.0, 0.1, 0]])}
     state |= {"t": np.zeros((1, 1)), "z": np.array([[-0.05, 0.02]]), "p": np.zeros((1, 1))}
     evaluate = tape_evaluator(derive(scene, ["force", "outputs"]))
@@ -128,7 +146,7 @@ def test_the_force_acts_on_the_road() -> None:
 @pytest.mark.slow
 def test_a_braked_wheel_on_a_slope_stays_standing() -> None:
     text = WHEEL.format(
-        law=TYRE, speed=0.0, sideways=0.0, normal=LINEAR.replace(" }", ", damping = 4000 }"), seen='"velocity_x.road"'
+        law=TYRE, speed=0.0, sideways=0.0, normal=SPRING.replace(" }", ", damping = 4000 }"), seen='"velocity_x.road"'
     )
     start, end = text.index("[joints"), text.index("[contacts")
     rails = """bodies.trolley = { mass = 0 }
@@ -151,11 +169,11 @@ joints.up = { type = "prismatic", parent = "trolley", child = "wheel", axis = [0
             "",
             "(contacts.road.tangential.coefficients.PKY11): 'PKY11' is not",
         ),
-        ('type = "magic_formula"', LINEAR, "the type magic_formula needs the key file; try: file = "),
-        ('type = "magic_formula", file = "no.tir"', LINEAR, "(contacts.road.tangential.file"),
-        ('type = "brush", coefficients = { FRICTION = 1 }', LINEAR, "tangential): coefficients are missing: STIFFNESS"),
-        ('type = "brush"', LINEAR, "(contacts.road.tangential): the type brush needs the key coefficients"),
-        (f'type = "coulomb", friction = 1, file = "{OWN.name}"', LINEAR, "file has no meaning for coulomb"),
+        ('type = "magic_formula"', SPRING, "the type magic_formula needs the key file; try: file = "),
+        ('type = "magic_formula", file = "no.tir"', SPRING, "(contacts.road.tangential.file"),
+        ('type = "brush", coefficients = { FRICTION = 1 }', SPRING, "tangential): coefficients are missing: STIFFNESS"),
+        ('type = "brush"', SPRING, "(contacts.road.tangential): the type brush needs the key coefficients"),
+        (f'type = "coulomb", friction = 1, file = "{OWN.name}"', SPRING, "file has no meaning for coulomb"),
         ('type = "coulomb", friction = 1', "", "(contacts.road): no law of the normal force, and no tyre's file"),
     ],
 )
@@ -170,3 +188,16 @@ def test_the_file_gives_the_normal_force_and_a_note_on_keys_without_use() -> Non
     assert [note for note in scene.notes if "keys that the law does not use: ASPECT_RATIO, PDXP1, PKYP1" in note]
     assert float(seen_at(scene, np.zeros((1, 2)))["normal_force"][0]) == pytest.approx(4000.0, rel=5e-3)
     assert len(scene.states) == 2 and scene.states[0].name == "road_lagged_slip_x"
+
+
+def test_a_file_is_found_from_the_folder_of_an_included_scene(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    text = WHEEL.format(
+        law='type = "magic_formula", file = "car.tir"', speed=65, sideways=0, normal="", seen='"slip_x.road"'
+    )
+    (tmp_path / "parts" / "wheel.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "parts" / "car.tir").write_text(OWN.read_text(encoding="utf-8"), encoding="utf-8")
+    whole = 'format = 1\nname = "two"\ninclude.left = { file = "parts/wheel.toml" }\n'
+    (tmp_path / "two.toml").write_text(whole, encoding="utf-8")
+    scene = eomgen.load(tmp_path / "two.toml")
+    assert [state.name for state in scene.states] == ["left_road_lagged_slip_x", "left_road_lagged_slip_y"]

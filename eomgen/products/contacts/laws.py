@@ -114,8 +114,9 @@ def state_name(contact: str, name: str) -> str:
     return f"{contact}_{name}"
 
 
-def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw], base: type[Table] = Table) -> Any:
-    """Return the schema of a law's table in a scene file: ``type``, the keys of all laws, and the keys in ``base``."""
+def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw], **keys: Any) -> Any:
+    """Return the schema of a law's table in a scene file: ``type``, the keys of all laws, and further
+    ``keys``."""
     fields: dict[str, Any] = {"type": (Literal[tuple(laws)], key("the law, one of the table below", kind="see below"))}
     for name in dict.fromkeys(name for law in laws.values() for name in law.keys):
         rows = {law.name: law.keys[name] for law in laws.values() if name in law.keys}
@@ -129,7 +130,7 @@ def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw], bas
         kind = "" if first.names is PARAMETERS else f"value of the contact and of the state, {first.unit}"
         meaning = optional(words, unit=units, names=first.names, kind=kind, shown_default=default)
         fields[name] = (Value | None, meaning)
-    return create_model(title, __base__=base, __module__=__name__, __doc__=documentation, **fields)
+    return create_model(title, __base__=Table, __module__=__name__, __doc__=documentation, **fields, **keys)
 
 
 def bounds_of(laws: Mapping[str, ContactLaw], table: str) -> dict[str, Bound | None]:

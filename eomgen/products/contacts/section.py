@@ -20,7 +20,7 @@ from eomgen.products.contacts.laws import (
     state_name,
     table_of,
 )
-from eomgen.products.contacts.slip_laws import SlipLaw, SlipTable, read_coefficients
+from eomgen.products.contacts.slip_laws import KEYS, SlipLaw, read_coefficients
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import BETWEEN_FRAMES
@@ -41,11 +41,11 @@ if TYPE_CHECKING:
     class NormalEntry(Table):
         type: str
 
-    class TangentialEntry(SlipTable):
+    class TangentialEntry(Table):
         type: str
 else:
     NormalEntry = table_of("NormalEntry", "A law of the normal force.", normal_laws.LAWS)
-    TangentialEntry = table_of("TangentialEntry", "A law of the tangential force.", friction_laws.LAWS, SlipTable)
+    TangentialEntry = table_of("TangentialEntry", "A law of the tangential force.", friction_laws.LAWS, **KEYS)
 
 #: Keys of each shape, with examples, and the axes of the second frame that it needs; functions of the same names are in
 #: ``mechanics/forces/contact_pairs.py``.

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -17,7 +17,7 @@ from eomgen.products.contacts.laws import ContactLaw, rate_name
 from eomgen.products.contacts.tangential_laws import TangentialLaw, tangential_law
 from eomgen.products.contacts.tyre_files import read_tyre_file, version_of
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.reading.key_metadata import Table, optional
+from eomgen.scene.reading.key_metadata import optional
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.values import Values
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -34,17 +34,23 @@ _STATES = {f"lagged_slip_{axis}": f"rate_{axis}" for axis in "xy"}
 _NAMES = (*_RESULTS.values(), *_STATES.values())
 
 
-class SlipTable(Table):
-    """Keys of laws of slip whose values are a path and a table."""
-
-    file: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
-        "`magic_formula`: path of a tyre's file (`.tir`), from the folder of the scene file", path=True, kind="text"
-    )
-    coefficients: Annotated[dict[str, Value], Field(max_length=500)] | None = optional(
-        "laws of slip: coefficients by name, in place of numbers of the file",
-        names=PARAMETERS,
-        kind="table of formulas",
-    )
+#: Keys of laws of slip whose values are a path and a table.
+KEYS: Mapping[str, tuple[Any, Any]] = {
+    "file": (
+        Annotated[str, Field(min_length=1, max_length=1000)] | None,
+        optional(
+            "`magic_formula`: path of a tyre's file (`.tir`), from the folder of the scene file", path=True, kind="text"
+        ),
+    ),
+    "coefficients": (
+        Annotated[dict[str, Value], Field(max_length=500)] | None,
+        optional(
+            "laws of slip: coefficients by name, in place of numbers of the file",
+            names=PARAMETERS,
+            kind="table of formulas",
+        ),
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -63,7 +69,7 @@ class SlipLaw(ContactLaw):
         return {name: recorded[text] for name, text in texts.items()}
 
 
-def read_coefficients(key: str, row: SlipLaw, entry: SlipTable, folder: Path, values: Values) -> dict[str, Formula]:
+def read_coefficients(key: str, row: SlipLaw, entry: Any, folder: Path, values: Values) -> dict[str, Formula]:
     """Return the coefficients of the law at ``key``, numbers from the file or formulas from the scene; faults are
     reported, and keys of the file without use are noted."""
     report, numbers, version = values.report, dict[str, Formula](), ""
