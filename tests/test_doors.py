@@ -27,6 +27,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
         *("compared", "contender", "facts_of", "fine_by", "identification", "ladder", "ladders", "method_facts"),
         *("policies", "policy", "studied", "tuning", "work_precision"),
     },
+    "products.contacts": {"TangentialLaw", "TyreFile", "tangential_law"},
     "products.derivatives": {"run_sensitivities", "sensitivities"},
     "products.ensembles": {"Ensemble", "designs", "ensemble", "ensembles", "lane_code"},
     "products.reliability": {
@@ -96,6 +97,7 @@ TABLE_OF_DOORS: dict[str, str] = {
     "products.waves": (
         "base cli codegen errors formula integrators.compositions mechanics scene symbolic system toolchain"
     ),
+    "products.contacts": "base errors formula mechanics scene symbolic system",
     "products.fmu": "base cli codegen errors formula pipeline scene system toolchain",
     "products.fields": "base cli codegen errors formula integrators lie pipeline scene symbolic system toolchain",
     "products.studies": (

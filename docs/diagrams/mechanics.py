@@ -190,6 +190,24 @@ def tyres(c: Canvas) -> None:
     c.text(100, 188, "d: deflection", GREY, size=12)
 
 
+@drawing("contacts", 190, "A contact: a shape of one body on the surface of another, with gap, normal and slip")
+def contacts(c: Canvas) -> None:
+    c.curve(lambda x: (20 + 360 * x, 140 - 14 * math.sin(math.pi * x)), 0.0, 1.0, width=2.2)
+    c.circle(200, 60, 46, BODY)
+    c.dot(200, 60)
+    c.text(210, 56, "second", anchor="start")
+    c.frame(48, 128, 32, 0, ("x", "z"), FRAME)
+    c.text(34, 158, "first", FRAME)
+    c.dot(200, 106)
+    c.span((262, 106), (262, 126), "gap [m]", "l", away=16.0)
+    c.arrow((200, 106), (200, 74), FORCE, 2.2)
+    c.text(192, 92, "normal_force", FORCE, "end", 12)
+    c.arrow((200, 106), (240, 106), MEASURE)
+    c.text(206, 120, "slip", MEASURE, "start", 12)
+    c.text(200, 164, "z = surface(x, y), or the plane of x and y", size=12)
+    c.text(200, 184, "forces on both bodies: equal and opposite", GREY, size=12)
+
+
 @drawing("forces", 175, "A force through a point and a torque on a body, in world axes or in body axes")
 def forces(c: Canvas) -> None:
     c.link((110, 110), (270, 80), 52)

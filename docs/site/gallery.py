@@ -95,6 +95,8 @@ MOTIONS: Mapping[str, Motion] = {
     "moored_platform": Motion("system/platform.toml", duration=120.0),
     "quarter_car_on_random_road": Motion("demo.py"),
     "right_angle_cantilever": Motion("cantilever.py", (5,)),
+    "rolling_tyre": Motion("system/wheel.toml"),
+    "tippe_top": Motion("system/top.toml"),
     "vehicle_with_preview": Motion(
         "model/scene.toml", inputs={"road_front": bump, "road_rear": lambda t: bump(t, 2.8)}, words="passive, on a bump"
     ),

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from itertools import chain, pairwise
+from typing import Any
 
 import numpy as np
 
@@ -275,13 +276,19 @@ def _drawing(scene: Scene) -> Drawing:
 _TYRE_WIDTH, _DISC_WIDTH = Number(0.5), Number(0.15)
 
 
+def _touching(scene: Scene) -> Iterator[Any]:
+    """Yield rolling and sliding constraints, and the force elements that touch by shapes of the same attributes."""
+    yield from (item for item in scene.constraints if item.type in ("rolling", "sliding"))
+    yield from (element for element in scene.elements if element.touches)
+
+
 def _rolling_shapes(scene: Scene) -> Iterator[Shape]:
-    """Yield wheels of tyres and solids of rolling or sliding bodies, for bodies without shapes in the scene."""
+    """Yield wheels of tyres and solids of bodies that touch a surface, for bodies without shapes in the scene."""
     shown = {shape.body for shape in scene.shapes}
     points = {point.name: point for point in scene.points}
-    for item in scene.constraints:
+    for item in _touching(scene):
         frame = item.second
-        if item.type not in ("rolling", "sliding") or frame.body in shown:
+        if frame.body in shown or item.shape == "point":
             continue
         radius, tube = item.radius, item.tube_radius
         kind, sizes = {
@@ -314,9 +321,9 @@ def _spin_axis(center: Point, scene: Scene) -> tuple[float, ...]:
 def _contacts(scene: Scene) -> Iterator[HeightSurface]:
     """Yield the surfaces z = height(x, y) of constraints: of rolling and sliding contacts, and of equations between two
     frames."""
-    for item in scene.constraints:
-        height = item.equation if item.surface is None else item.surface
-        if item.framed and height is not None:
+    heights = [(item, item.equation) for item in scene.constraints if item.framed and item.equation is not None]
+    for item, height in (*heights, *((item, item.surface) for item in _touching(scene))):
+        if height is not None:
             first, second = item.first, item.second
             plane = (first.body, first.position, first.orientation)
             size = item.semi_axes[0] if item.shape == "ellipsoid" else item.radius
@@ -326,10 +333,10 @@ def _contacts(scene: Scene) -> Iterator[HeightSurface]:
 def _ground(scene: Scene) -> tuple[Formula, ...]:
     """Return a point, three formulas in m, of the plane on which the first constraint rolls or slides. Without such a
     plane, the point of the flat road of the first tyre; empty without either."""
-    for item in scene.constraints:
+    for item in _touching(scene):
         frame, still = item.first, item.first.body == WORLD or (item.first.body == BASE and scene.base is None)
-        if item.type in ("rolling", "sliding") and item.surface is None and still:
-            return frame.position
+        if item.surface is None and still:
+            return tuple(frame.position)
     for element in scene.elements:
         wheel = element.drawn()
         if isinstance(wheel, Wheel) and all(symbol.kind == "parameter" for symbol in symbols(wheel.road)):

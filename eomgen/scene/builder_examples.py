@@ -37,6 +37,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "event": ('arm = arm.event("down", "q.shoulder", direction="falling", action="stop")',),
     "force": ('arm = arm.force("push", "lower", point=[0, 0, -0.4], force=["5 N", 0, 0])',),
     "frame": ('arm = arm.frame("tool", "lower", position=[0, 0, -0.4], rotation=[([1, 0, 0], "180 deg")])',),
+    "contact": (
+        'law = {"type": "linear", "stiffness": "20 kN/m"}',
+        'arm = arm.contact("floor", {"body": "base", "axis": [0, 0, 1]}, "tip", shape="point", normal=law)',
+    ),
     "hull": (
         'arm = arm.waves("sea", spectrum={"type": "jonswap", "height": "2 m", "period": "8 s"})',
         'arm = arm.hull("leg", "lower", start=[0, 0, 0], end=[0, 0, -0.4], diameter="80 mm", waves="sea")',

@@ -419,6 +419,22 @@ class SectionMethods:
         road_rate: Value | None = ...,
         slip: Mapping[str, Any] | None = ...,
     ) -> Self: ...
+    def contact(
+        self,
+        name: str,
+        first: str | Mapping[str, Any],
+        second: str | Mapping[str, Any],
+        *,
+        shape: str,
+        radius: Value | None = ...,
+        tube_radius: Value | None = ...,
+        semi_axes: Sequence[Value] | None = ...,
+        surface: Value | None = ...,
+        housing: str | None = ...,
+        clearance: Value | None = ...,
+        normal: Mapping[str, Any] | None = ...,
+        tangential: Mapping[str, Any] | None = ...,
+    ) -> Self: ...
     def force(
         self,
         name: str,

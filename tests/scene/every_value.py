@@ -67,7 +67,7 @@ def key_at(place: Path) -> str:
     """Return the key of the schema for a place; names of values in a table of formulas are no keys."""
     words = [part for part in place if isinstance(part, str)]
     key = ".".join(words[:1] + words[2:] if words[0] in SECTIONS else words)
-    return key.removesuffix(f".{words[-1]}") if words[0] == "laws" else key
+    return key.removesuffix(f".{words[-1]}") if words[0] == "laws" or "coefficients" in words else key
 
 
 def number_at(place: Path) -> float:

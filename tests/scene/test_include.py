@@ -472,7 +472,7 @@ def test_starts_of_an_include_have_units_and_their_own_place(tmp_path: Path) -> 
 _PLAIN = """
     name distribution task_frames description indices where initial keyframe packages weld unit method energy
     quiet file color x y function python partials arguments results scales source prefix parameters lock tunable
-    argument value outputs signal_gains signal_weights settings
+    argument value outputs signal_gains signal_weights settings shape
 """
 
 

@@ -49,7 +49,7 @@ def scene_with(row: ElementSection, formula: str = "t") -> Scene:
             "beams": {"blade": SCENE["beams"]["blade"]},
             "joints": joints,
             "outputs": outputs,
-            row.key: ENTRIES[row.key],
+            row.key: dict([next(iter(ENTRIES[row.key].items()))]),
         }
     )
 

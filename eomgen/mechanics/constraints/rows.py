@@ -16,6 +16,7 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.features import summands
 from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
+from eomgen.mechanics.forces.contact_pairs import body_contact
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import DetachedSymbols, Quantities
 from eomgen.mechanics.kinematics.directions import Seeds, block_directions, configuration_directions, rates_of
@@ -27,8 +28,8 @@ from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, minus, plus, scaled, transpose
-from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, transpose
+from eomgen.symbolic.tape import ONE, ZERO, Tape
 from eomgen.system.description import BASE
 
 #: Block of the quantities of motion on the separate tape.
@@ -192,7 +193,7 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
             apart, length_given = quantities.algebra.length(gap), quantities.formula(item.length)
             return [length("distance", apart - length_given, length_given)]
         case "rolling" | "sliding":
-            height = _contact(quantities, item, pair).height
+            height = body_contact(quantities, item, pair).height
             size, lever, path_length = _on_wheel(quantities, item, pair)
             contact = "contact" if item.surface is None else "contact with the surface"
             return [ConstraintRow(f"{item.name}: {contact}", height, "m", size, lever, path_length)]
@@ -227,157 +228,6 @@ def sine_of_excess_rotation(quantities: Quantities, angle: Scalar, first: FrameP
     return dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
 
 
-@dataclass(frozen=True)
-class RollingContact:
-    """Contact of a rolling or sliding body, in the axes of the pair: ``point`` on the body, surface ``tangents`` and
-    normal, and ``height`` (m) of the point above the surface along the normal."""
-
-    point: Vector
-    tangents: tuple[Vector, Vector]
-    height: Scalar
-
-
-def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> RollingContact:
-    """Return the contact of a rolling or sliding body with ``item.surface``, else the first frame's x-y plane."""
-    if item.surface is not None:
-        return _contact_with_surface(quantities, item, pair)
-    normal = pair.first.axis(2)
-    point = _lowest(quantities, item, normal, pair.second.origin, pair.second.axes)
-    height = dot(minus(point, pair.first.origin), normal)
-    return RollingContact(point, (pair.first.axis(0), pair.first.axis(1)), height)
-
-
-def _lowest(quantities: Quantities, item: Constraint, normal: Vector, origin: Vector, axes: Matrix) -> Vector:
-    """Return the position, (3,), m, of the point of a body that is lowest along a unit normal.
-
-    The body's centre is at ``origin`` and its axes are the columns of ``axes``, (3, 3). At the lowest point the normal
-    of the body is the normal of the plane: a disc and a torus are about the z axis, and the point of an ellipsoid with
-    the squares D of its semi-axes is -D n / sqrt(n . D n) in its axes.
-    """
-    algebra, call = quantities.algebra, quantities.algebra.call
-    axis = (axes[0][2], axes[1][2], axes[2][2])
-    radius = quantities.formula(item.radius)
-    if item.shape == "sphere":
-        return minus(origin, scaled(radius, normal))
-    if item.shape == "ellipsoid":
-        direction = apply(transpose(axes), normal)
-        x, y, z = (a * a * n for a, n in zip(quantities.vector(item.semi_axes), direction, strict=True))
-        reach = call(Op.SQRT, dot((x, y, z), direction))
-        return minus(origin, scaled(algebra.one / reach, apply(axes, (x, y, z))))
-    down = minus(normal, scaled(dot(normal, axis), axis))
-    length = quantities.algebra.length(down)
-    lowest = minus(origin, scaled(radius / length, down))
-    return lowest if item.shape == "disc" else minus(lowest, scaled(quantities.formula(item.tube_radius), normal))
-
-
-def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FramePair) -> RollingContact:
-    """Return the contact of a body with a surface z = h(x, y) in the first frame.
-
-    The place (x, y) of the contact is the place whose normal leads to the body's lowest point along this normal. A
-    fixed number of steps of Newton's method, from the place below the centre, is recorded on the tape. If the steps do
-    not converge, or converge to a place in a valley narrower than the body, the height is not a number.
-    """
-    step, residual, final = _surface_functions(quantities, item)
-    algebra, tape, axes = quantities.algebra, quantities.algebra.tape, pair.first.axes
-    pose = list(apply(transpose(axes), minus(pair.second.origin, pair.first.origin)))
-    if item.shape != "sphere":
-        pose += [dot(pair.first.axis(row), pair.second.axis(column)) for row in range(3) for column in range(3)]
-    contact, conditions, first_node = pose[:2], list[Scalar](), len(tape.op)
-    before, after = (3, 3) if item.shape == "sphere" else (5, 4)  # the curvature of other shapes varies
-    inverse = minors = list[Scalar]()
-    for number in range(before + after):
-        x, y, off, *inverse = _call(tape, step, [*contact, *pose])
-        contact, inverse, minors = [x, y], inverse[:4], inverse[4:]
-        if number == before:
-            size = 0.01 * _curved_size(quantities, item)  # the steps after the check square this to round-off
-            conditions.append(size * size - off)
-    unit = touches = algebra.one
-    for condition in (*conditions, *minors):
-        if condition.constant is None:
-            missed = algebra.call(Op.SQRT, -unit - condition * condition)
-            touches = touches * algebra.select(algebra.call(Op.LT, algebra.zero, condition), unit, missed)
-    results = [abs(value.ref) for value in (*contact, *inverse, touches)]
-    tape.converged |= {node for node in results if node >= first_node}
-    for _ in range(3):  # with one matrix; each has derivatives of the place to an order more, and Phi and B need three
-        off_x, off_y = _call(tape, residual, [*contact, *pose])
-        x, y = (inverse[k] * off_x + inverse[k + 1] * off_y for k in (0, 2))
-        contact = [contact[0] - x, contact[1] - y]
-    height, *parts = _call(tape, final, [*contact, *pose])
-    point, first, second = (apply(axes, (parts[k], parts[k + 1], parts[k + 2])) for k in (0, 3, 6))
-    return RollingContact(plus(pair.first.origin, point), (first, second), touches * height)
-
-
-#: Results of a function on a tape of its own.
-_Function = tuple[Tape, list[Ref]]
-
-
-def _call(tape: Tape, refs: _Function, arguments: Sequence[Scalar]) -> list[Scalar]:
-    """Record a function from another tape on ``tape``, and return its values for the given arguments."""
-    source, values = refs
-    bound = {InputSymbol(_MOTION, number): argument.ref for number, argument in enumerate(arguments)}
-    return [Scalar(tape, ref) for ref in splice(tape, source, values, bound)]
-
-
-def _surface_functions(quantities: Quantities, item: Constraint) -> tuple[_Function, _Function, _Function]:
-    """Return three functions of a place (x, y) and a body's pose in the first frame, on a separate tape: the centre,
-    and the axes of shapes other than spheres.
-
-    The first gives the next place by Newton's method, the square of the residual, m^2, the inverse of the residual's
-    partials, and two numbers that are positive if body and surface touch at one point; the second the residual, m; the
-    third the height, and point and tangents of the contact.
-    """
-    assert item.surface is not None  # asked for by the caller
-    tape = Tape()
-    detached = DetachedSymbols(quantities, tape)
-    algebra = detached.algebra
-    count = 5 if item.shape == "sphere" else 14
-    x, y, *pose = (Scalar(tape, tape.input(_MOTION, number)) for number in range(count))
-
-    def resolve(symbol: Symbol) -> Scalar:
-        return (x, y)[symbol.index] if symbol.kind == "local" else detached(symbol)
-
-    h = record(algebra, item.surface, resolve)
-    ((hx, hy),) = _partials(algebra, [h])
-    normal, origin = _unit(algebra, (-hx, -hy, algebra.one)), (pose[0], pose[1], pose[2])
-    rows = [(pose[k], pose[k + 1], pose[k + 2]) for k in (3, 6, 9)] if item.shape != "sphere" else []
-    axes = (rows[0], rows[1], rows[2]) if rows else algebra.identity
-    point = _lowest(detached, item, normal, origin, axes)
-    # of a sphere the radius is along the normal, and has no part along the surface
-    gap = minus((x, y, h), origin if item.shape == "sphere" else point)
-    off = (gap[0] + gap[2] * hx, gap[1] + gap[2] * hy)
-    (a, b), (c, d) = _partials(algebra, off)
-    minor = a * d - b * c
-    inverse = [d / minor, -b / minor, -c / minor, a / minor]
-    moved = [x - (d * off[0] - b * off[1]) / minor, y - (a * off[1] - c * off[0]) / minor]
-    # 1 + R S, of the body's radii of curvature R and the surface's curvatures S, has positive eigenvalues
-    trace = a if item.shape == "sphere" else a * (1 + hy * hy) - (b + c) * hx * hy + d * (1 + hx * hx)
-    height = dot(normal, minus(point, (x, y, h)))
-    tangent = _unit(algebra, (algebra.one, algebra.zero, hx))
-    outputs = [height, *point, *tangent, *cross(normal, tangent)]
-    step = [*moved, dot(off, off), *inverse, trace, minor]
-    by_step, by_residual, by_final = ([value.ref for value in values] for values in (step, off, outputs))
-    return (tape, by_step), (tape, by_residual), (tape, by_final)
-
-
-def _partials(algebra: Algebra, values: Sequence[Scalar]) -> list[tuple[Scalar, Scalar]]:
-    """Return the partials of values in x and y, the first two inputs of a surface's functions."""
-    tangents = forward_partials(algebra.tape, [value.ref for value in values], block_directions(_MOTION, 2))
-    x, y = ([Scalar(algebra.tape, tangent.get(k, ZERO)) for tangent in tangents] for k in range(2))
-    return list(zip(x, y, strict=True))
-
-
-def _unit(algebra: Algebra, vector: Vector) -> Vector:
-    return scaled(algebra.one / algebra.length(vector), vector)
-
-
-def _curved_size(quantities: Quantities, item: Constraint) -> Scalar:
-    """Return the mean semi-axis of an ellipsoid, m, or the radius of a body of another shape."""
-    if item.shape != "ellipsoid":
-        return quantities.formula(item.radius)
-    x, y, z = quantities.vector(item.semi_axes)
-    return (x + y + z) * (1 / 3)
-
-
 def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tuple[Scalar, Scalar, Scalar]:
     """Return size, lever and path length of a pair with the size of a rolling or sliding body, without the position on
     the plane. That size, m, is the sum of an ellipsoid's semi-axes, else of radius and tube radius."""
@@ -388,7 +238,7 @@ def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tupl
 
 
 def _rolling(quantities: Quantities, item: Constraint, pair: FramePair) -> list[ConstraintRow]:
-    contact = _contact(quantities, item, pair)
+    contact = body_contact(quantities, item, pair)
     slip = minus(pair.velocity_at(pair.second, contact.point), pair.velocity_at(pair.first, contact.point))
     size, lever, path_length = _on_wheel(quantities, item, pair)
     return [

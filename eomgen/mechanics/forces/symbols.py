@@ -55,6 +55,7 @@ class Quantities:
         self.controllers = {item.name: item for item in scene.controllers}
         self._outputs_of_controllers: dict[str, Scalar] = {}
         self.energies: dict[str, Scalar] = {}
+        self.recorded: dict[Any, Any] = {}  #: of laws of force elements, by keys of their own
         self.dynamics: Callable[[Symbol], Scalar] = _no_dynamics
         self.reactions: Callable[[Symbol], Scalar] = _no_reactions
         self.section_loads: Callable[[Symbol], Scalar] = _no_section_loads

@@ -19,7 +19,7 @@ from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import SymbolValues, apply, evaluate, value_in
 from eomgen.formula.features import WITH_EDGE
-from eomgen.formula.nodes import Application, EntryQuantity, Formula, Operation, Symbol
+from eomgen.formula.nodes import ZERO, Application, EntryQuantity, Formula, Operation, Symbol
 from eomgen.lie.numeric import rotated
 from eomgen.products.doubts.places import BACK, place, poses_of
 from eomgen.simulation.judgement.diagnosis import SMALLER_ANGLES
@@ -59,7 +59,8 @@ def cause_of(
     if tyres := _upright_tyres(model, poses):
         hint = "the axis of the wheel's spin, in the axes of its body, and another initial state"
         return f", where slip.axis of the tyre {tyres} is upright", hint
-    if "contact with the surface" in block:
+    surfaces = any(item.size != ZERO for item in model.description.contacts)
+    if "contact with the surface" in block or (surfaces and block.startswith("Q ")):
         fault = ", and the body meets no single point of the surface, as in a valley that is narrower than the body"
         return fault, "a surface whose radius of curvature is above the radius of the body, or a smaller radius"
     return "", ""

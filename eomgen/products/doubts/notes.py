@@ -97,10 +97,13 @@ def loads_without_size(facts: SceneFacts) -> list[str]:
 
 
 def _below_planes(facts: SceneFacts) -> Iterator[str]:
-    """Yield a note on each body that starts below the plane on which a constraint lets it roll or slide."""
+    """Yield a note on each body that starts below the plane on which a constraint lets it roll or slide, or below the
+    plane of a contact."""
     places, value = {BASE: (np.eye(3), np.zeros(3)), **facts.places}, facts.values.value
-    for item in facts.scene["constraints"] if facts.places else ():
-        if item.type not in ("rolling", "sliding") or item.surface is not None:
+    touching = [("constraints", item) for item in facts.scene["constraints"] if item.type in ("rolling", "sliding")]
+    touching += [(item.section, item) for item in facts.scene["elements"] if item.touches]
+    for section, item in touching if facts.places else ():
+        if item.surface is not None:
             continue
         if not {item.first.body, item.second.body} <= places.keys():
             continue
@@ -111,7 +114,7 @@ def _below_planes(facts: SceneFacts) -> Iterator[str]:
         if (height := float(normal @ (second - origin))) < 0.0:
             fault = f"{item.second.body} starts {-height:.3g} m below the plane, and is moved to the side of its z axis"
             remedy = "first.axis in the opposite direction, or a start on this side"
-            yield f"{key_of('constraints', item.name)}: {fault}; try: {remedy} [W0113]"
+            yield f"{key_of(section, item.name)}: {fault}; try: {remedy} [W0113]"
 
 
 def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:

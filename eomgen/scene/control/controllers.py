@@ -166,11 +166,15 @@ class OutputLimits:
         return formula
 
 
-def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElement], values: Values) -> None:
-    """Report outputs of controllers that depend on themselves at the same instant, directly or through tensions of
-    springs; ``springs`` are force elements of that section."""
-    depends = {f"controllers.{item.name}": _used_entries([item.output]) for item in controllers}
-    depends |= {f"springs.{item.name}": _used_entries(formula for formula, _ in item.formulas()) for item in springs}
+def check_loops(controllers: Sequence[Controller], elements: Sequence[ForceElement], values: Values) -> None:
+    """Report outputs of controllers that depend on themselves at the same instant, directly or through forces of force
+    elements."""
+    forces = {kind: row.section for kind, row in values.names.offered.items() if row.scope == "tension"}
+    sections = {"controller": "controllers", **forces}
+    depends = {f"controllers.{item.name}": _used_entries([item.output], sections) for item in controllers}
+    for item in elements:
+        own, used = f"{item.section}.{item.name}", _used_entries((formula for formula, _ in item.formulas()), sections)
+        depends[own] = [name for name in used if name != own]
     try:
         TopologicalSorter(depends).prepare()
     except CycleError as error:
@@ -178,14 +182,15 @@ def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElemen
         chain = " uses ".join(part.replace("springs.", "tension.") for part in loop)
         formulas = [item.output for item in controllers if f"controllers.{item.name}" in loop]
         parts = [part for formula in formulas for part in distinct_nodes(formula) if isinstance(part, Operation)]
-        if names := listed(dict.fromkeys(part.label for part in parts if part.label and _used_entries([part]))):
+        if names := listed(
+            dict.fromkeys(part.label for part in parts if part.label and _used_entries([part], sections))
+        ):
             chain += f" (in the definition {names})"
         fault = f"an algebraic loop: {chain}, with no state between [E1416]"
         values.report.add(loop[0], fault, "a low_pass controller, or a state, somewhere in the loop")
 
 
-def _used_entries(formulas: Iterable[Formula]) -> list[str]:
-    sections = {"controller": "controllers", "tension": "springs"}
+def _used_entries(formulas: Iterable[Formula], sections: Mapping[str, str]) -> list[str]:
     used = (symbol for formula in formulas for symbol in symbols(formula) if symbol.kind in sections)
     return sorted({f"{sections[symbol.kind]}.{symbol.name}" for symbol in used})
 

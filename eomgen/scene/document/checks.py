@@ -71,8 +71,7 @@ def _check_task_frames(document: SceneDocument, reading: Reading) -> None:
 
 
 def _check_loops(document: SceneDocument, reading: Reading) -> None:
-    items = reading.items
-    check_loops(items["controllers"]["controllers"], tuple(items.get("springs", {}).values()), reading.values)
+    check_loops(reading.items["controllers"]["controllers"], _elements(reading), reading.values)
 
 
 def _check_frames_of_elements(document: SceneDocument, reading: Reading) -> None:

@@ -63,6 +63,11 @@ class ForceElement:
         """The body to which the element adds mass, by ``added_masses``; empty for none."""
         return ""
 
+    @property
+    def touches(self) -> bool:
+        """Whether the element has the frames, the shape and the surface of a rolling constraint."""
+        return False
+
     def lengths(self) -> tuple[Formula, ...]:
         """Return the lengths of the element.
 

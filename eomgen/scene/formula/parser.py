@@ -413,7 +413,7 @@ class _FormulaReader:
         if name == "t":
             self.allow(node, "time", "time t")
             return Symbol("time")
-        kind, meaning, symbol = _OF_SCOPES.get(name, ("", "", None))
+        kind, meaning, symbol = {**_OF_SCOPES, **self.scope.names}.get(name, ("", "", None))
         if kind not in self.scope.kinds:
             return None
         for noun, taken in (("parameter", self.names.parameters), ("definition", self.names.definitions)):

@@ -10,7 +10,7 @@ from typing import Any
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import close_names, is_legal, nearest, shown
 from eomgen.formula.curves import AnyCurve
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import Formula, Symbol
 
 #: Words before the name of a curve, and the order of the derivative for each word.
 DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
@@ -42,11 +42,13 @@ class Scope:
     Attributes
     ----------
     reasons : for kinds excluded for a special reason: kind, reason and hint
+    names : further names with a meaning in this scope: the kind of symbol, the meaning, and the symbol
     """
 
     description: str
     kinds: frozenset[str]
     reasons: tuple[tuple[str, str, str], ...] = ()
+    names: Mapping[str, tuple[str, str, Symbol]] = field(default_factory=dict)
 
 
 _STATE = frozenset((

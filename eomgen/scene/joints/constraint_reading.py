@@ -78,7 +78,7 @@ def read_constraint(name: str, entry: written.ConstraintEntry, reading: Reading)
         shape=shape,
         **sizes,
         **values.keys(key, entry, "pitch", "semi_axes"),
-        surface=_surface(f"{key}.surface", entry.surface, values) if entry.surface is not None else None,
+        surface=read_surface(f"{key}.surface", entry.surface, values) if entry.surface is not None else None,
         equation=equation,
         at_velocity=entry.velocity_equation is not None,
         unit=unit,
@@ -124,7 +124,7 @@ def _length(
     return UNKNOWN
 
 
-def _surface(key: str, text: float | str, values: Values) -> Formula | None:
+def read_surface(key: str, text: float | str, values: Values) -> Formula | None:
     """Return the height of a contact's surface over the plane as a formula of x and y, m; None for the plane, and after
     a report for a formula that cannot be read, changes over time or depends on z. Missing derivatives are reported,
     too."""

@@ -1,0 +1,11 @@
+"""Contacts: bodies of simple shapes on planes and surfaces, with laws of normal and tangential forces."""
+
+from eomgen.base.products import LateRow, Product
+
+__all__ = []
+
+PRODUCT = Product(
+    rows={
+        "eomgen.sections": (LateRow("contacts", "eomgen.products.contacts.section:SECTION", behind="tyres"),),
+    },
+)

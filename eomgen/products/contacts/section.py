@@ -1,0 +1,242 @@
+"""Contacts in scene files, keys, bounds and data: a shape of a body on a plane, on a surface or in a housing, with laws
+of the normal and the tangential force."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+from eomgen.base.data import dataclass, replace
+from eomgen.base.messages import key_of
+from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Symbol
+from eomgen.products.contacts import friction_laws, normal_laws
+from eomgen.products.contacts.laws import (
+    LOCAL_NAMES,
+    AppliedLaw,
+    bounds_of,
+    defaults_of,
+    rate_name,
+    read_law,
+    state_name,
+    table_of,
+)
+from eomgen.products.contacts.slip_laws import KEYS, SlipLaw, read_coefficients
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.element_section import ElementSection
+from eomgen.scene.formula.scope import BETWEEN_FRAMES
+from eomgen.scene.joint_types import Need
+from eomgen.scene.joints.constraint_reading import read_surface
+from eomgen.scene.joints.constraint_schema import FrameEntry
+from eomgen.scene.joints.frames import Site, read_frame
+from eomgen.scene.joints.model import Frame
+from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
+from eomgen.scene.reading.kinds import Triple, Value
+from eomgen.scene.reading.report import check_reference
+from eomgen.scene.reading.requirements import above_zero
+from eomgen.scene.section import Entries, Reading, Section
+from eomgen.system.signals import State
+
+if TYPE_CHECKING:
+
+    class NormalEntry(Table):
+        type: str
+
+    class TangentialEntry(Table):
+        type: str
+else:
+    NormalEntry = table_of("NormalEntry", "A law of the normal force.", normal_laws.LAWS)
+    TangentialEntry = table_of("TangentialEntry", "A law of the tangential force.", friction_laws.LAWS, **KEYS)
+
+#: Keys of each shape, with examples, and the axes of the second frame that it needs; functions of the same names are in
+#: ``mechanics/forces/contact_pairs.py``.
+SHAPES: Mapping[str, tuple[str, Need]] = {
+    "point": ("", "nothing"),
+    "sphere": ("radius=0.1", "nothing"),
+    "disc": ("radius=0.3", "z"),
+    "torus": ("radius=0.3 tube_radius=0.05", "z"),
+    "ellipsoid": ("semi_axes=[0.2,0.03,0.02]", "any"),
+}
+
+
+class ContactEntry(Table):
+    """A contact: a body of a simple shape on a plane or a surface, or in a housing."""
+
+    first: FrameEntry = key("frame of the surface: the plane of its x and y, z out of the ground", kind="frame")
+    second: FrameEntry = key("frame in the centre of the shape", kind="frame")
+    shape: str = key("`point`, `sphere`, `disc`, `torus` or `ellipsoid`, as of [rolling](constraints.md)")
+    radius: Value | None = of_parameters("radius of a sphere or a disc, or of the centre line of a torus", unit="m")
+    tube_radius: Value | None = of_parameters("tube radius of a torus", unit="m")
+    semi_axes: Triple | None = of_parameters("semi-axes of an ellipsoid along x, y, z of `second`", unit="m")
+    surface: Value | None = optional(
+        "height of the surface over the plane",
+        unit="m",
+        names=BETWEEN_FRAMES,
+        kind="value of x, y and parameters",
+        shown_default="the plane",
+    )
+    housing: Literal["sphere", "cylinder"] | None = optional(
+        "a hollow about the origin, or about the z axis of `first`, in place of the plane, for a sphere or a point"
+    )
+    clearance: Value | None = of_parameters("radius of the housing less the radius of the sphere", unit="m")
+    normal: NormalEntry | None = optional("law of the normal force", shown_default="linear, by the tyre's file")
+    tangential: TangentialEntry | None = optional("law of the tangential force", shown_default="without friction")
+
+
+@dataclass(frozen=True)
+class Contact(ForceElement):
+    """A contact between a shape of the second frame's body and a surface of the first frame's body.
+
+    Attributes
+    ----------
+    housing : ``sphere`` or ``cylinder`` with a ``clearance``; empty for a plane or a surface
+    tangential : None without friction
+    elastic : whether only the part of the normal force with a potential acts
+    """
+
+    section: ClassVar[str] = "contacts"
+    law: ClassVar[str] = "eomgen.products.contacts.law:LAW"
+
+    first: Frame
+    second: Frame
+    shape: str
+    normal: AppliedLaw
+    tangential: AppliedLaw | None = None
+    radius: Formula = ZERO
+    tube_radius: Formula = ZERO
+    semi_axes: tuple[Formula, Formula, Formula] = ZERO_VECTOR
+    surface: Formula | None = None
+    housing: str = ""
+    clearance: Formula = ZERO
+    elastic: bool = False
+
+    def formulas(self) -> Iterator[tuple[Formula, int]]:
+        laws = (self.normal, self.tangential)
+        yield from ((formula, 0) for law in laws if law is not None for formula in law.values.values())
+
+    def passive(self) -> Self:
+        return replace(self, tangential=None, elastic=True)
+
+    @property
+    def touches(self) -> bool:
+        return not self.housing
+
+    def lengths(self) -> tuple[Formula, ...]:
+        return (self.radius,)
+
+    def frames(self) -> tuple[Frame, Frame]:
+        return self.first, self.second
+
+
+#: Law in place of a law that the tyre's file gives.
+_OF_FILE = AppliedLaw("linear", {})
+
+
+def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
+    """Return the contact of an entry of [contacts]; faults are reported."""
+    key, values, report = key_of("contacts", name), site.values, site.values.report
+    need: Need = "nothing"
+    if check_reference(f"{key}.shape", entry.shape, SHAPES, "shape", report):
+        values.check_kind(key, entry, "shape", {shape: keys for shape, (keys, _) in SHAPES.items()})
+        need = SHAPES[entry.shape][1]
+    if entry.housing is not None:
+        if need != "nothing" or entry.surface is not None:
+            fault = "a housing holds a sphere or a point, and has no surface [E2412]"
+            report.add(f"{key}.housing", fault, 'shape = "sphere"')
+        if entry.clearance is None:
+            report.add(key, "a housing needs a clearance [E2413]", "clearance = 1e-4")
+    elif entry.clearance is not None:
+        report.add(f"{key}.clearance", "a clearance needs a housing [E2414]", 'housing = "cylinder"')
+    friction, surface = entry.tangential, entry.surface
+    return Contact(
+        name,
+        read_frame(f"{key}.first", "contact", entry.first, "z", site),
+        read_frame(f"{key}.second", f"contact of the shape {entry.shape}", entry.second, need, site),
+        entry.shape,
+        _OF_FILE if entry.normal is None else read_law(f"{key}.normal", name, entry.normal, normal_laws.LAWS, values),
+        None if friction is None else read_law(f"{key}.tangential", name, friction, friction_laws.LAWS, values),
+        surface=None if surface is None else read_surface(f"{key}.surface", surface, values),
+        housing=entry.housing or "",
+        **values.keys(key, entry, "radius", "tube_radius", "semi_axes", "clearance"),
+    )
+
+
+class _Contacts(ElementSection):
+    def read_entry(self, name: str, entry: ContactEntry, reading: Reading) -> Contact:
+        item, key = super().read_entry(name, entry, reading), key_of("contacts", name)
+        assert isinstance(item, Contact)
+        table = entry.tangential
+        if table is not None and isinstance(row := friction_laws.LAWS[table.type], SlipLaw):
+            coefficients = read_coefficients(f"{key}.tangential", row, table, reading.folder, reading.values)
+            item = replace(item, tangential=AppliedLaw(row.name, coefficients))
+        if entry.normal is not None:
+            return item
+        known = {} if item.tangential is None else item.tangential.values
+        if "VERTICAL_STIFFNESS" not in known:
+            hint = 'normal = { type = "linear", stiffness = "200 kN/m" }'
+            reading.report.add(key, "no law of the normal force, and no tyre's file with a stiffness [E2438]", hint)
+            return item
+        springs = {"stiffness": "VERTICAL_STIFFNESS", "damping": "VERTICAL_DAMPING"}
+        given = {name: known[of] for name, of in springs.items() if of in known}
+        return replace(item, normal=AppliedLaw("linear", defaults_of(normal_laws.LAWS["linear"]) | given))
+
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        if not reading.names_in("contacts"):  # schemas that are kept have all sections
+            return {}
+        made = self.made_names(reading.document.section("contacts"))
+        return {**super().names(reading), "states": tuple(made)}
+
+    def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:
+        laws = ((name, entry.tangential) for name, entry in entries.items() if entry.tangential is not None)
+        return {
+            state_name(name, state): f"a state of the contact {name}"
+            for name, table in laws
+            for state in friction_laws.LAWS[table.type].states
+        }
+
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        entries = document.section("contacts")
+        for made in self.made_names({name: entries[name]} if name in entries else {}):
+            for row in rows:
+                if row.bare and made in document.section(row.key):
+                    fault = f"the contact makes the state {made}, and there is {row.bare} of that name [E1457]"
+                    return fault, "another name for one of them"
+        return "", ""
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        contacts = [item for item in reading.items["contacts"].values() if item.tangential is not None]
+        laws = [(item.name, friction_laws.LAWS[item.tangential.name]) for item in contacts]
+        states = tuple(
+            State(
+                state_name(name, state), Symbol(rate_name(state), name), 0.0, law.unit, f"{state} of the contact {name}"
+            )
+            for name, law in laws
+            for state in law.states
+        )
+        return {**super().fields(reading), "states": states}
+
+
+#: Internal states and their rates, as quantities of scenes.
+STATES = tuple(
+    name for law in friction_laws.LAWS.values() for state in law.states for name in (state, rate_name(state))
+)
+_LENGTH = above_zero("the size of a shape [E2415]")
+SECTION = _Contacts(
+    key="contacts",
+    entry=ContactEntry,
+    model=Contact,
+    reader=read_contact,
+    bounds={
+        **dict.fromkeys(("radius", "tube_radius", "semi_axes"), _LENGTH),
+        **dict.fromkeys(("first.position", "second.position", "clearance", "tangential.coefficients")),
+        **bounds_of(normal_laws.LAWS, "normal"),
+        **bounds_of(friction_laws.LAWS, "tangential"),
+    },
+    offers={
+        **dict.fromkeys((*LOCAL_NAMES.values(), "contact_x", "contact_y", "contact_z", *STATES), "element"),
+        **dict.fromkeys(("normal_force", "friction_force_x", "friction_force_y", "slip_x", "slip_y"), "tension"),
+    },
+    positional=("first", "second"),
+    documentation="""
+    Add a contact of a body's shape with a plane, a surface or a housing, by laws of the normal and the tangential
+    force.""",
+)

@@ -1,0 +1,127 @@
+"""Tangential laws: forces and moments of a contact as named formulas of slip, load and camber, read from a table.
+
+A law is a table in ``tangential_laws.toml`` with one formula for each name. Formulas are evaluated name by name, so a
+value that others mention is computed once.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from functools import cache
+from graphlib import TopologicalSorter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.base.data import dataclass, replace
+from eomgen.formula.evaluate import evaluate_batch, symbols
+from eomgen.formula.nodes import Formula, Operation
+from eomgen.formula.recording import record
+from eomgen.scene.formula.parser import read_formula
+from eomgen.scene.formula.scope import PARAMETERS, SceneNames
+from eomgen.symbolic.scalar import Algebra, Scalar
+
+#: Keys of a table that are not formulas.
+_KEYS = frozenset({"required", "quantities", "zeros", "ones", "versions", "options"})
+
+
+@dataclass(frozen=True, eq=False)
+class TangentialLaw:
+    """Named formulas of a tangential law.
+
+    Attributes
+    ----------
+    formulas : mapping of str to Formula
+        Symbols are parameters, with the names of other formulas, of coefficients or of quantities.
+    quantities : frozenset of str
+        Names of the quantities of a pair, such as ``load`` and ``slip_x``.
+    """
+
+    formulas: Mapping[str, Formula]
+    quantities: frozenset[str]
+
+    def order(self, results: Sequence[str], known: Mapping[str, object]) -> list[str]:
+        """Return the names of the formulas that results need, each after the names in its formula; ``known`` names need
+        no formula."""
+        mentioned: dict[str, list[str]] = {}
+        waiting = list(results)
+        while waiting:
+            name = waiting.pop()
+            if name in self.formulas and name not in known and name not in mentioned:
+                mentioned[name] = sorted(symbol.name for symbol in symbols(self.formulas[name]))
+                waiting += mentioned[name]
+        return [name for name in TopologicalSorter(mentioned).static_order() if name in mentioned]
+
+    def coefficients(self, results: Sequence[str], known: Mapping[str, object]) -> list[str]:
+        """Return the coefficients that results need, ``known`` or not."""
+        order = self.order(results, known)
+        used = {symbol.name for name in order for symbol in symbols(self.formulas[name])}
+        return sorted(used - set(order) - self.quantities)
+
+    def values(
+        self, results: Sequence[str], coefficients: Mapping[str, ArrayLike], **quantities: ArrayLike
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return results by name for batches of states, NaN without a finite value.
+
+        Parameters
+        ----------
+        results : names of formulas
+        coefficients : numbers, or arrays that vary with the states
+        quantities : numbers or arrays by name, of shapes that broadcast
+
+        Examples
+        --------
+        >>> from eomgen.products.contacts.tangential_laws import tangential_law
+        >>> law = tangential_law("linear")
+        >>> coefficients = {"STIFFNESS_X": 20.0, "STIFFNESS_Y": 15.0, "FRICTION": 1.0}
+        >>> float(law.values(["force_y"], coefficients, load=4000.0, slip_x=0.0, slip_y=0.1)["force_y"].round(3))
+        -3328.201
+        """
+        known: dict[str, Any] = {**coefficients, **quantities}
+        for name in self.order(results, known):
+            known[name] = evaluate_batch(self.formulas[name], lambda symbol: known[symbol.name])
+        return {name: known[name] for name in results}
+
+    def record(self, algebra: Algebra, results: Sequence[str], known: Mapping[str, Scalar]) -> dict[str, Scalar]:
+        """Return results by name, recorded on the tape of ``algebra``; ``known`` are the scalars of all quantities and
+        coefficients in use."""
+        scalars = dict(known)
+        for name in self.order(results, known):
+            scalars[name] = record(algebra, self.formulas[name], lambda symbol: scalars[symbol.name])
+        return {name: scalars[name] for name in results}
+
+
+@cache
+def tangential_law(name: str, version: str = "", option: str = "") -> TangentialLaw:
+    """Return the law of a table.
+
+    Parameters
+    ----------
+    name : ``linear``, ``brush``, ``tmeasy`` or ``magic_formula``
+    version, option : tables of the law whose formulas replace formulas with the same names; of ``magic_formula``
+        ``5.2``, ``6.1`` or ``6.2``, and ``tangents``; option ``motion`` of all laws: slips from the motion of a pair
+    """
+    table, motion = _tables()[name], _tables()["motion"] if option == "motion" else {}
+    chosen = (("versions", version), ("options", "" if motion else option))
+    replaced = [table[kind][key] for kind, key in chosen if key]
+    texts = {key: text for part in (motion, table, *replaced) for key, text in part.items() if key not in _KEYS}
+    numbers = {name: text for key, text in (("zeros", "0"), ("ones", "1")) for name in table.get(key, "").split()}
+    quantities = f"{table['quantities']} {motion.get('quantities', '')}".split()
+    return read_formulas({**numbers, **texts}, quantities, table["required"].split())
+
+
+def read_formulas(texts: Mapping[str, str], quantities: Sequence[str], coefficients: Sequence[str]) -> TangentialLaw:
+    """Return a law from texts of formulas by name; ``quantities`` and ``coefficients`` are further names. Raises
+    FormulaError for an unknown name."""
+    names = SceneNames(parameters=dict.fromkeys((*texts, *quantities, *coefficients), True))
+    formulas = {name: read_formula(text, names, PARAMETERS) for name, text in texts.items()}
+    labelled = {name: replace(item, label=name) for name, item in formulas.items() if isinstance(item, Operation)}
+    return TangentialLaw({**formulas, **labelled}, frozenset(quantities))
+
+
+@cache
+def _tables() -> dict[str, Any]:
+    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))

@@ -1,0 +1,203 @@
+"""Wheels on tyres from files and by coefficients: forces of the table, relaxation, standstill, messages."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import DescriptionError
+from eomgen.mechanics.derive import derive
+from eomgen.products.contacts.tangential_laws import tangential_law
+from eomgen.products.contacts.tyre_files import read_tyre_file
+from eomgen.scene.scene import Scene
+from tests.contacts.pairs import scene_of
+from tests.contacts.states import MORE, OWN, own_tyre
+from tests.contacts.test_tangential_laws import BRUSH, VAN
+from tests.contacts.test_tangential_laws import LINEAR as LINEAR_SLIP
+from tests.oracles.evaluation import Array, tape_evaluator
+
+SEEN = (
+    *("normal_force", "friction_force_x", "friction_force_y", "slip_x", "slip_y", "camber", "wheel_speed"),
+    *("velocity_x", "lagged_slip_x_rate", "lagged_slip_y_rate", "slip_velocity_y"),
+)
+TYRE = f'type = "magic_formula", file = "{OWN.as_posix()}"'
+WHEEL = """format = 1
+name = "wheel"
+gravity = [0, 0, 0]
+parameters.grip = {{ value = 0.9, tunable = true }}
+bodies.wheel = {{ mass = 1e12, inertia = [1e12, 2e12, 1e12] }}
+[joints.wheel]
+type = "free"
+parent = "base"
+child = "wheel"
+initial = {{ position = [0, 0, 0.29], velocity = [0, {speed}, 0, 20, {sideways}, 0] }}
+[contacts.road]
+first = {{ body = "base", axis = [0, 0, 1], x_axis = [1, 0, 0] }}
+second = {{ body = "wheel", axis = [0, 1, 0] }}
+shape = "disc"
+radius = 0.31
+{normal}
+tangential = {{ {law} }}
+[outputs]
+seen = {{ formula = [{seen}] }}
+"""
+SPRING = 'normal = { type = "linear", stiffness = "200 kN/m" }'
+
+
+def wheel(law: str, speed: float = 65.0, sideways: float = 0.1, normal: str = "") -> Scene:
+    """Return the scene of a heavy wheel, whose motion forces do not change."""
+    motion = {"speed": speed, "sideways": sideways}
+    return scene_of(WHEEL.format(**motion, law=law, normal=normal, seen=", ".join(f'"{name}.road"' for name in SEEN)))
+
+
+def coefficients_of(numbers: dict[str, float]) -> str:
+    """Return the table of coefficients as TOML."""
+    return f"coefficients = {{ {', '.join(f'{name} = {value!r}' for name, value in numbers.items())} }}"
+
+
+def seen_at(scene: Scene, slips: Array) -> dict[str, Array]:
+    """Return the quantities of the contact with the given lagged slips (n, 2), at speeds and cambers that vary."""
+    count = len(slips)
+    lean = np.linspace(-0.1, 0.1, count)
+    zero = np.zeros(count)
+    q = np.stack([np.cos(lean / 2), np.sin(lean / 2), zero, zero, zero, zero, 0.29 * np.cos(lean)], axis=1)
+    v = np.stack([zero, np.linspace(50.0, 80.0, count), zero, zero + 20.0, zero + 0.4, zero], axis=1)
+    state = {"q": q, "v": v, "t": zero[:, np.newaxis], "z": slips, "p": np.full((count, 1), 0.9)}
+    found = tape_evaluator(derive(scene, ["outputs"]))("outputs", state)["y"]
+    return dict(zip(SEEN, found.T, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("name", "version"),
+    [*(("magic_formula", version) for version in MORE), *((name, "") for name in ("tmeasy", "brush", "linear"))],
+)
+def test_forces_of_a_steady_slip_are_the_values_of_the_table(name: str, version: str, tmp_path: Path) -> None:
+    tables = {"tmeasy": VAN, "brush": BRUSH, "linear": LINEAR_SLIP}
+    if version:
+        fitted = OWN.read_text(encoding="utf-8").replace(
+            "= 61 ", f"= {version.replace('.', '').replace('52', '6')} ", 1
+        )
+        more = "".join(f"{key} = {value}\n" for key, value in MORE[version].items() if f"\n{key} " not in fitted)
+        (tmp_path / "car.tir").write_text(f"{fitted}[MORE]\n{more}", encoding="utf-8")
+        file = read_tyre_file(tmp_path / "car.tir")
+        assert file.version == version
+        numbers = {**file.numbers, "LMUX": 0.9}
+        path = (tmp_path / "car.tir").as_posix()
+        text = f'type = "{name}", file = "{path}", coefficients = {{ LMUX = "grip" }}'
+    else:
+        numbers = tables[name]
+        text = f'type = "{name}", {coefficients_of(numbers)}'
+    scene, law = wheel(text, normal="" if version else SPRING), tangential_law(name, version)
+    first = seen_at(scene, np.zeros((7, 2)))
+    known = {"load": first["normal_force"], "camber": first["camber"], "wheel_speed": first["wheel_speed"]}
+    known |= {"velocity_x": first["velocity_x"]}
+    deflection = first["normal_force"] / 2e5
+    radius = (
+        law.values(["effective_radius"], numbers, **known)["effective_radius"] if version else 0.31 - deflection / 3
+    )
+    slip_x = first["wheel_speed"] * radius / first["velocity_x"] - 1.0
+    slip_y = first["slip_velocity_y"] / first["velocity_x"]
+    found = seen_at(scene, np.stack([slip_x, slip_y], axis=1))
+    for axis, slip in (("x", slip_x), ("y", slip_y)):
+        np.testing.assert_allclose(found[f"lagged_slip_{axis}_rate"], 0.0, atol=1e-11)
+        np.testing.assert_allclose(found[f"slip_{axis}"], slip, rtol=1e-12, atol=1e-14)
+        force = law.values([f"force_{axis}"], numbers, **known, slip_x=slip_x, slip_y=slip_y)[f"force_{axis}"]
+        assert np.abs(force).min() > 1.0
+        np.testing.assert_allclose(found[f"friction_force_{axis}"], force, rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_the_response_to_a_step_of_slip_has_the_relaxation_length(axis: str) -> None:
+    """After one length the slip, and the force of a small slip, has 1 - 1/e of its change."""
+    law, numbers = tangential_law("magic_formula", "6.1"), own_tyre().numbers
+    load = 2e5 * 0.02
+    length = float(law.values([f"relaxation_{axis}"], numbers, load=load, camber=0.0)[f"relaxation_{axis}"])
+    rolling = law.values(["effective_radius"], numbers, load=load, wheel_speed=65.8)
+    scene = wheel(TYRE, *((65.5, 0.0) if axis == "x" else (20.0 / float(rolling["effective_radius"]), 0.1)))
+    run = eomgen.build(scene).simulate(length, length / 1000.0, method="rk4")
+    seen = dict(zip(SEEN, run["seen"].T, strict=True))
+    np.testing.assert_allclose(seen["normal_force"], load, rtol=1e-3)
+    slip = seen[f"slip_{axis}"]
+    place = 1000 // 20  # at 20 m/s
+    assert 0.1 < length < 1.0 and abs(slip[-1]) > 1e-3
+    assert slip[place] / slip[-1] == pytest.approx(1.0 - math.exp(-1.0), rel=2e-4)
+    force = seen[f"friction_force_{axis}"] - seen[f"friction_force_{axis}"][0]
+    assert force[place] / force[-1] == pytest.approx(1.0 - math.exp(-1.0), rel=0.03)
+
+
+def test_the_force_acts_on_the_road() -> None:
+    """The moment about the axle has the arm of the loaded radius."""
+    scene = wheel(f'type = "brush", {coefficients_of(BRUSH)}', normal=SPRING)
+    state = {"q": np.array([[1.0, 0, 0, 0, 0, 0, 0.29]]), "v": np.array([[0, 60.0, 0, 20.0, 0.1, 0]])}
+    state |= {"t": np.zeros((1, 1)), "z": np.array([[-0.05, 0.02]]), "p": np.zeros((1, 1))}
+    evaluate = tape_evaluator(derive(scene, ["force", "outputs"]))
+    moment, force = np.split(evaluate("force", state)["Q"][0], 2)
+    seen = dict(zip(SEEN, evaluate("outputs", state)["y"][0], strict=True))
+    assert force[:2] == pytest.approx([seen["friction_force_x"], seen["friction_force_y"]], rel=1e-12)
+    assert moment[1] == pytest.approx(-0.29 * force[0], rel=1e-12)
+    assert moment[0] == pytest.approx(0.29 * force[1], rel=1e-12)
+
+
+@pytest.mark.slow
+def test_a_braked_wheel_on_a_slope_stays_standing() -> None:
+    text = WHEEL.format(
+        law=TYRE, speed=0.0, sideways=0.0, normal=SPRING.replace(" }", ", damping = 4000 }"), seen='"velocity_x.road"'
+    )
+    start, end = text.index("[joints"), text.index("[contacts")
+    rails = """bodies.trolley = { mass = 0 }
+joints.along = { type = "prismatic", parent = "base", child = "trolley", axis = [1, 0, 0] }
+joints.up = { type = "prismatic", parent = "trolley", child = "wheel", axis = [0, 0, 1], position = [0, 0, 0.29] }
+"""
+    text = text[:start] + rails + text[end:]
+    text = text.replace("mass = 1e12, inertia = [1e12, 2e12, 1e12]", "mass = 400")
+    run = eomgen.build(scene_of(text.replace("[0, 0, 0]", "[-1.92, 0, -9.62]", 1))).simulate(6.0, 1e-3, method="rk4")
+    creep = np.abs(run["seen"])
+    assert creep[:1000].max() > 1e-3 and creep[-1000:].max() < 1e-6
+    assert -0.01 < run.q[-1, 0] < -1e-3
+
+
+@pytest.mark.parametrize(
+    ("law", "normal", "message"),
+    [
+        (
+            f"{TYRE}, coefficients = {{ PKY11 = 3 }}",
+            "",
+            "(contacts.road.tangential.coefficients.PKY11): 'PKY11' is not",
+        ),
+        ('type = "magic_formula"', SPRING, "the type magic_formula needs the key file; try: file = "),
+        ('type = "magic_formula", file = "no.tir"', SPRING, "(contacts.road.tangential.file"),
+        ('type = "brush", coefficients = { FRICTION = 1 }', SPRING, "tangential): coefficients are missing: STIFFNESS"),
+        ('type = "brush"', SPRING, "(contacts.road.tangential): the type brush needs the key coefficients"),
+        (f'type = "coulomb", friction = 1, file = "{OWN.name}"', SPRING, "file has no meaning for coulomb"),
+        ('type = "coulomb", friction = 1', "", "(contacts.road): no law of the normal force, and no tyre's file"),
+    ],
+)
+def test_wrong_tyres_are_told(law: str, normal: str, message: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        wheel(law, normal=normal)
+    assert message in str(caught.value)
+
+
+def test_the_file_gives_the_normal_force_and_a_note_on_keys_without_use() -> None:
+    scene = wheel(TYRE)
+    assert [note for note in scene.notes if "keys that the law does not use: ASPECT_RATIO, PDXP1, PKYP1" in note]
+    assert float(seen_at(scene, np.zeros((1, 2)))["normal_force"][0]) == pytest.approx(4000.0, rel=5e-3)
+    assert len(scene.states) == 2 and scene.states[0].name == "road_lagged_slip_x"
+
+
+def test_a_file_is_found_from_the_folder_of_an_included_scene(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    text = WHEEL.format(
+        law='type = "magic_formula", file = "car.tir"', speed=65, sideways=0, normal="", seen='"slip_x.road"'
+    )
+    (tmp_path / "parts" / "wheel.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "parts" / "car.tir").write_text(OWN.read_text(encoding="utf-8"), encoding="utf-8")
+    whole = 'format = 1\nname = "two"\ninclude.left = { file = "parts/wheel.toml" }\n'
+    (tmp_path / "two.toml").write_text(whole, encoding="utf-8")
+    scene = eomgen.load(tmp_path / "two.toml")
+    assert [state.name for state in scene.states] == ["left_road_lagged_slip_x", "left_road_lagged_slip_y"]

@@ -1,0 +1,112 @@
+"""Files of tyres: units, texts, tables, mistakes with file and line, turn slip, keys without use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.products.contacts.tyre_files import TyreFile, read_tyre_file
+from tests.contacts.states import OWN, own_tyre
+
+FORCES = ("force_x", "force_y", "moment_x", "moment_y", "moment_z")
+
+
+@pytest.fixture
+def tyre(tmp_path: Path) -> Callable[[str, str], TyreFile]:
+    """Return a function that reads the own tyre with a replaced part."""
+
+    def read(old: str, new: str) -> TyreFile:
+        text = OWN.read_text(encoding="utf-8")
+        assert old in text
+        (tmp_path / "car.tir").write_text(text.replace(old, new, 1), encoding="utf-8")
+        return read_tyre_file(tmp_path / "car.tir")
+
+    return read
+
+
+def test_numbers_are_in_si_and_texts_without_quotes() -> None:
+    file = own_tyre()
+    lengths_and_forces = {
+        "UNLOADED_RADIUS": 0.31, "FNOMIN": 4000.0, "VERTICAL_STIFFNESS": 2e5, "LONGVL": 16.0, "VERTICAL_DAMPING": 50.0
+    }  # fmt: skip  # a table
+    for key, value in lengths_and_forces.items():
+        assert file.numbers[key] == pytest.approx(value, rel=1e-15), key
+    assert file.numbers["PKY1"] == -20.0 and "QSX12" in file.numbers and "1.0" not in file.numbers
+    assert file.texts["TYRESIDE"] == "LEFT" and file.version == "6.1"
+
+
+@pytest.mark.parametrize(
+    ("line", "meant"),
+    [
+        ("pky1 = -20", -20.0),
+        ("  PKY1=-2.0D+1 ! Fortran", -20.0),
+        ("PKY1 = -20.0$ a comment with = and 'quotes'", -20.0),
+    ],
+)
+def test_case_comments_and_exponents(tyre: Callable[[str, str], TyreFile], line: str, meant: float) -> None:
+    assert tyre("PKY1                    = -20.0", line).numbers["PKY1"] == meant
+
+
+@pytest.mark.parametrize(
+    ("fitted", "version"), [("5", "5.2"), ("6", "5.2"), ("21", "5.2"), ("61", "6.1"), ("62", "6.2")]
+)
+def test_versions(tyre: Callable[[str, str], TyreFile], fitted: str, version: str) -> None:
+    assert tyre("= 61 ", f"= {fitted} ").version == version
+
+
+def test_a_file_without_a_version_is_of_version_5_2(tyre: Callable[[str, str], TyreFile]) -> None:
+    assert tyre("FITTYP ", "$").version == "5.2"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("= -20.0", "= -2O.0", "car.tir:118 (PKY1): '-2O.0' is not a number"),
+        ("PKY2                    = 1.8", "PKY1 = -19", "car.tir:118 (PKY1): PKY1 is in line 118 and in line 119"),
+        ("PKY2 ", "PKY2 1.8 $", "car.tir:119: 'PKY2 1.8 $"),
+        ("'millimeter'", "'furlong'", "car.tir (LENGTH): the unit 'furlong' is unknown"),
+        ("'radians'", "'degrees'", "car.tir (ANGLE): the unit 'degrees' is unknown; try: one of radians, radian, rad"),
+    ],
+)
+def test_mistakes_have_file_line_and_key(
+    tyre: Callable[[str, str], TyreFile], old: str, new: str, message: str
+) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        tyre(old, new)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("PKY1 ", "$", "car.tir (PKY1): the file does not have PKY1; try: a number for each"),
+        ("= 61 ", "= 70 ", "car.tir:13 (FITTYP): the Magic Formula of FITTYP = 70 is unknown"),
+        ("= 124", "= 125", "car.tir:16 (USE_MODE): turn slip, by PDXP1, PKYP1, is not part of the law"),
+    ],
+)
+def test_missing_and_unfit_coefficients(tyre: Callable[[str, str], TyreFile], old: str, new: str, message: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        tyre(old, new).law(FORCES)
+    assert message in str(caught.value)
+
+
+def test_missing_coefficients_matter_to_results_that_need_them(tyre: Callable[[str, str], TyreFile]) -> None:
+    file = tyre("LATERAL_STIFFNESS ", "$")
+    file.law(FORCES)
+    with pytest.raises(DescriptionError, match="does not have LATERAL_STIFFNESS"):
+        file.law(["relaxation_y"])
+
+
+def test_turn_slip_without_coefficients_is_not_refused(tyre: Callable[[str, str], TyreFile]) -> None:
+    file = tyre("PDXP1                   = 0.4\nPKYP1                   = 1.0", "PDXP1 = 0")
+    file.numbers["USE_MODE"] = 125.0  # type: ignore[index]
+    file.law(FORCES)
+
+
+def test_keys_without_use_are_listed() -> None:
+    unused = own_tyre().unused_keys([*FORCES, "vertical_force", "effective_radius"])
+    assert {"PDXP1", "PKYP1", "YAW_STIFFNESS", "Q_RA1", "PCFX1"} <= set(unused)
+    assert not {"PCX1", "QSX12", "Q_FZ2", "KPUMIN", "FITTYP", "FILE_VERSION"} & set(unused)

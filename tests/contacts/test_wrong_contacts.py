@@ -1,0 +1,116 @@
+"""Messages on contacts that are wrong, each with place, cause and remedy."""
+
+from __future__ import annotations
+
+import pytest
+
+import eomgen
+from eomgen.errors import DescriptionError, UsageError
+from tests.contacts.pairs import contact, scene_of
+
+TEXT = """format = 1
+name = "ball"
+parameters.n = {{ value = 1.5, tunable = true }}
+{more}
+bodies.ball = {{ mass = 2, inertia = [0.1, 0.1, 0.1] }}
+joints.ball = {{ type = "free", parent = "base", child = "ball" }}
+{entry}"""
+FLOOR = '{ body = "base", axis = [0, 0, 1] }'
+GOOD = contact("floor", FLOOR, 'body = "ball"', "hunt_crossley", "bristles")
+
+WRONG = {
+    'shape = "sphere"': {
+        'shape = "cube"': "(contacts.floor.shape): there is no shape 'cube'; try: ",
+        'shape = "ellipsoid"': "(contacts.floor): the shape ellipsoid needs the key semi_axes; try: semi_axes =",
+        'shape = "disc"': "(contacts.floor.second): a contact of the shape disc needs the axes of this frame",
+        'shape = "torus"': "(contacts.floor): the shape torus needs the key tube_radius; try: tube_radius = 0.05",
+        'shape = "sphere"\nhousing = "cylinder"': "(contacts.floor): a housing needs a clearance; try: clearance",
+        'shape = "sphere"\nclearance = 1e-3': "(contacts.floor.clearance): a clearance needs a housing; try: housing",
+        'shape = "sphere"\nsurface = "x + z"': "(contacts.floor.surface): the height of a surface depends on x and y",
+    },
+    'body = "ball"': {
+        'body = "base"': "(contacts.floor.second): both frames are in the same rigid body: base; try: frames in two",
+    },
+    "radius = 0.4": {"radius = 0": "(contacts.floor.radius): the size of a shape is 0; try: a number above 0"},
+    "stiffness = 1e4": {
+        "stiffness = -1": "(contacts.floor.normal.stiffness): the stiffness of a contact is -1; try: a number above 0",
+        "onset = 1": "(contacts.floor.normal): the type hunt_crossley needs the key stiffness; try: stiffness = 1e6",
+        "stiffness = 1e4, onset = 1": "(contacts.floor.normal.onset): onset has no meaning for hunt_crossley",
+        "modulus = 1e4": "(contacts.floor.normal.modulus): modulus has no meaning for hunt_crossley; try: type = hertz",
+    },
+    "friction = 0.5": {
+        "friction = -0.5": "(contacts.floor.tangential.friction): the friction of a contact is -0.5; try: 0 or more",
+    },
+}
+
+
+@pytest.mark.parametrize(
+    ("good", "wrong", "message"),
+    [(good, wrong, message) for good, changes in WRONG.items() for wrong, message in changes.items()],
+)
+def test_what_a_wrong_contact_is_told(good: str, wrong: str, message: str) -> None:
+    text = TEXT.format(more="", entry=GOOD.replace(good, wrong, 1))
+    with pytest.raises(DescriptionError) as caught:
+        scene_of(text)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("more", "force", "message"),
+    [
+        ("parameters.gap = 2.0", "1e4 * gap", "gap is the gap of the contact here, and a parameter is called so too"),
+        ("", "1e4 * load", "unknown name 'load'"),
+        ("", "normal_force.floor", "normal_force.floor cannot be used here"),
+    ],
+)
+def test_names_of_own_formulas(more: str, force: str, message: str) -> None:
+    entry = contact("floor", FLOOR, 'body = "ball"', f'type = "formula", force = "{force}"')
+    with pytest.raises(DescriptionError) as caught:
+        scene_of(TEXT.format(more=more, entry=entry))
+    assert "contacts.floor.normal.force" in str(caught.value) and message in str(caught.value)
+
+
+def test_states_have_names_of_their_own() -> None:
+    with pytest.raises(DescriptionError, match="the contact makes the state floor_bristle_x, and there is a parameter"):
+        scene_of(TEXT.format(more="parameters.floor_bristle_x = 1.0", entry=GOOD))
+
+
+@pytest.mark.slow
+def test_a_call_checks_the_bounds_of_tunable_keys() -> None:
+    model = eomgen.build(scene_of(TEXT.format(more="", entry=GOOD.replace("damping = 0.1", 'exponent = "n"'))))
+    with pytest.raises(UsageError, match="the exponent of a contact is 0 at n = 0"):
+        model.simulate(0.01, 1e-3, parameters={"n": 0.0})
+
+
+@pytest.mark.slow
+def test_a_valley_narrower_than_the_ball_is_told_at_the_start() -> None:
+    entry = GOOD.replace("radius = 0.4", 'radius = 0.4\nsurface = "5 * x**2"')
+    entry = entry.replace("axis = [0, 0, 1]", "axis = [0, 0, 1], x_axis = [1, 0, 0]")
+    entry = entry.replace('body = "ball"', 'body = "ball", position = [0.05, 0, 0.41]')
+    run = eomgen.build(scene_of(TEXT.format(more="", entry=entry))).simulate(0.01, 1e-3, method="rk4")
+    assert not run.success and "as in a valley that is narrower than the body; try: a surface" in run.message
+
+
+def test_a_ball_below_its_floor_is_noted() -> None:
+    entry = GOOD.replace('body = "ball"', 'body = "ball", position = [0, 0, -0.1]')
+    notes = scene_of(TEXT.format(more="", entry=entry)).notes
+    assert any("contacts.floor: ball starts 0.1 m below the plane, and is moved to the side" in note for note in notes)
+    assert not any("below the plane" in note for note in scene_of(TEXT.format(more="", entry=GOOD)).notes)
+
+
+def test_a_force_that_depends_on_itself_is_told() -> None:
+    """Through a controller; friction may depend on the normal force."""
+    servo = 'controllers.servo = { type = "lead_lag", signal = "normal_force.floor", time_constant = 1, lead = 1 }'
+    for force, told in (("1e4 * deflection + servo", True), ("1e4 * deflection", False)):
+        laws = f'type = "formula", force = "{force}"', 'type = "formula", force_x = "-0.1 * load"'
+        text = TEXT.format(more=servo, entry=contact("floor", FLOOR, 'body = "ball"', *laws))
+        if told:
+            with pytest.raises(DescriptionError, match=r"controllers\.servo uses contacts\.floor uses"):
+                scene_of(text)
+        else:
+            assert scene_of(text).states
+
+
+def test_scenes_without_contacts_have_no_names_of_contacts() -> None:
+    with pytest.raises(DescriptionError, match="unknown quantity 'gap'"):
+        scene_of(TEXT.format(more='outputs.seen = { formula = "gap.floor" }', entry=""))
