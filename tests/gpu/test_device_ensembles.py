@@ -233,6 +233,7 @@ def refused(model: eomgen.Model, **options: Any) -> str:
 def test_refusals(stand_in: ctypes.CDLL) -> None:
     swing = built(SWING, "rk4")
     assert "there is no device 'tpu'" in refused(swing, device="tpu")
+    assert "there is no device '0'" in refused(swing, device=0)
     assert "a cluster is given too" in refused(swing, cluster="dask")
     stand_in.stand_in_room(ctypes.c_longlong(1000))
     told = refused(swing)

@@ -130,6 +130,13 @@ def test_results_can_be_given_and_streams_chosen(stand_in: ctypes.CDLL) -> None:
     assert stand_in.stand_in_stream() == 5
     with pytest.raises(UsageError, match=r"out: the shape is \(7, 3\), \(7, 2\) is needed"):
         functions.inverse_dynamics(rows(q), rows(v), rows(a), out=cupy_array(np.zeros((SAMPLES, 3))))
+    for wrong in (np.zeros((SAMPLES, 2)), "here", [out, out]):
+        with pytest.raises(UsageError, match="out: an array of the package of the arguments is needed for tau each"):
+            functions.inverse_dynamics(rows(q), rows(v), rows(a), out=wrong)
+    with pytest.raises(UsageError, match="stream: the handle of a stream is needed, not object; try: stream.ptr of"):
+        functions.inverse_dynamics(rows(q), rows(v), rows(a), stream=object())
+    with pytest.raises(UsageError, match=r"do not broadcast: q \(7,\), v \(3,\), a \(7,\)"):
+        functions.inverse_dynamics(rows(q), rows(v[:3]), rows(a))
 
 
 @pytest.mark.usefixtures("stand_in")
@@ -169,6 +176,16 @@ def test_numbers_in_single_precision() -> None:
     assert np.array_equal(found, model.inverse_dynamics(q, v, a).astype(np.float32))
 
 
+@pytest.mark.usefixtures("stand_in", "cupy")
+@pytest.mark.filterwarnings("ignore:the arrays are NumPy's")
+def test_a_base_by_the_law_of_the_scene_is_an_array_of_each_caller() -> None:
+    model = model_of(PENDULUM)
+    functions = eomgen.gpu(model)
+    found = [functions.evaluate("base", form(model.initial_q))["base"] for form in (rows, np.array)]
+    assert [type(array) for array in found] == [type(rows(0.0)), np.ndarray]
+    assert found[1].tolist() == found[0].tolist() and found[1][6] == 0.02
+
+
 Q, V = np.zeros((3, 2)), np.zeros((3, 2))
 
 
@@ -205,6 +222,10 @@ def test_refused_models_and_options() -> None:
         eomgen.gpu(model_of(PENDULUM), real="half")
     with pytest.raises(ToolchainError, match="there is no device 3 among 1; try: device 0 to 0"):
         eomgen.gpu(model_of(PENDULUM), device=3)
+    with pytest.raises(ToolchainError, match="there is no device '0' among 1"):
+        eomgen.gpu(model_of(PENDULUM), device="0")
+    with pytest.raises(UsageError, match=r"the term \['mass'\] is not in this model"):
+        eomgen.gpu(model_of(PENDULUM)).evaluate(["mass"], np.zeros(2))
 
 
 def test_machine_code_is_kept(stand_in: ctypes.CDLL, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:

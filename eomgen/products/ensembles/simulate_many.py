@@ -267,7 +267,7 @@ def _runner_on(device: str, cluster: object) -> type[SampleRunner]:
         return SampleRunner
     if device not in rows:
         raise UsageError(
-            Problem("device", f"there is no device {quoted(str(device))} [E2301]", nearest(device, ["cpu", *rows]))
+            Problem("device", f"there is no device {quoted(str(device))} [E2301]", nearest(str(device), ["cpu", *rows]))
         )
     if cluster is not None:
         fault = "samples run on the device of this machine, and a cluster is given too [E2302]"

@@ -59,7 +59,7 @@ class ArrayPackage:
         number = np.dtype(interface["typestr"])
         shape, strides = tuple(interface["shape"]), interface.get("strides")
         strides = contiguous(shape) if strides is None else tuple(stride // number.itemsize for stride in strides)
-        return View(interface["data"][0], shape, strides, number.name, 0)
+        return View(interface["data"][0], shape, strides, number.name if number.isnative else number.str, 0)
 
     def stream(self, device: int) -> int:
         """Return the handle of the stream on which the caller works."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -50,7 +50,8 @@ class Call:
             None if reader is None else self._check_argument(block, size, reader.view(value))
             for block, size, reader, value in zip(term.blocks, term.sizes, readers, values, strict=True)
         ]
-        shape = _leading_axes(term, [view for view in views if view is not None])
+        given = zip(term.blocks, views, strict=True)
+        shape = _leading_axes(term, {block: view.shape[:-1] for block, view in given if view is not None})
         self._count, arrays = math.prod(shape), len(values) + len(term.names)
         self._words = (ctypes.c_longlong * (_WORDS * arrays + 1))(*[0] * _WORDS * arrays, self._count)
         first, size = ctypes.addressof(self._words), ctypes.sizeof(ctypes.c_longlong)
@@ -140,13 +141,12 @@ class Call:
         self._words[position + 1 : position + 3] = [sample, component]
 
 
-def _leading_axes(term: Term, views: Sequence[View]) -> Shape:
+def _leading_axes(term: Term, leading: Mapping[str, Shape]) -> Shape:
     """Return the axes of the batch. Raises UsageError if the leading axes of the arguments do not broadcast."""
-    leading = [view.shape[:-1] for view in views]
     try:
-        return np.broadcast_shapes(*leading)
+        return np.broadcast_shapes(*leading.values())
     except ValueError:
-        shapes = ", ".join(f"{block} {axes}" for block, axes in zip(term.blocks, leading, strict=False))
+        shapes = ", ".join(f"{block} {axes}" for block, axes in leading.items())
         fault = f"the leading axes do not broadcast: {shapes} [E2286]"
         raise UsageError(Problem(term.name, fault, "batches of equal shape")) from None
 

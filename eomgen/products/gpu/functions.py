@@ -262,6 +262,8 @@ class GpuFunctions:
         UsageError
             As in ``forward_dynamics``; a term that the scene does not have; an unknown argument.
         """
+        if not isinstance(term, str):
+            raise self._model.evaluator.functions.missing(str(term))
         results = self._call(term, {"q": q, "v": v, "a": a, "t": t, "u": u, **more})
         return NamedResults("output", dict(zip(self._terms[term].names, results, strict=True)))
 
@@ -270,6 +272,9 @@ class GpuFunctions:
     def _call(self, term: str, given: dict[str, Any]) -> Sequence[Array]:
         """Return the outputs of a term for arguments and options by name; None and t = 0.0 are values of the scene."""
         out, stream = given.pop("out", None), given.pop("stream", None)
+        if stream is not None and not isinstance(stream, int):
+            fault = f"the handle of a stream is needed, not {type(stream).__name__} [E2305]"
+            raise UsageError(Problem("stream", fault, "stream.ptr of CuPy, stream.cuda_stream of PyTorch"))
         for name, block in _BLOCKS.items():
             if name in given:
                 given[block] = given.pop(name)
@@ -300,7 +305,12 @@ class GpuFunctions:
             key.append(None if reader is None else reader.signature(value))
             values.append(value)
         outputs = () if out is None else out if isinstance(out, list | tuple) else (out,)
+        if outputs and [package_of(array) for array in outputs] != [package] * len(plan.names):
+            fault = f"an array of the package of the arguments is needed for {', '.join(plan.names)} each [E2306]"
+            raise UsageError(Problem("out", fault, "arrays like the first argument, in a list if there are several"))
         key.extend(map(package.signature, outputs))
+        if all(value is None for value in values):
+            key += [id(type(package)), package.view(first).device]
         call = self._calls.get(signature := tuple(key))
         if call is None:
             if len(self._calls) > _KEPT:
