@@ -121,7 +121,10 @@ def prepare(folder: Path, architecture: str) -> None:
         }
         (folder / f"{row.file}.cubin").write_bytes(code.image)
         (folder / f"{row.file}.json").write_text(json.dumps(sizes), encoding="utf-8")
-        print(f"{row.file}: {code.usage.get(kernel)}, {time.perf_counter() - began:.0f} s", flush=True)
+        moved = [*zip(function["inputs"], function["input_sizes"], strict=True), *enumerate(sizes["outputs"])]
+        usage, needed = code.usage[kernel], 8 * sum(size for name, size in moved if name != "p")
+        traffic = f"bytes with spills over bytes {1 + usage.spills / needed:.2f}"
+        print(f"{row.file}: {usage}, {traffic}, {time.perf_counter() - began:.0f} s", flush=True)
     for run in RUNS:
         began, model = time.perf_counter(), run.model()
         places = CommonRunData.of(model, model.simulate(0.01, 1e-3, error_estimate=False)).places

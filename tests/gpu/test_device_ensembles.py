@@ -230,7 +230,7 @@ def refused(model: eomgen.Model, **options: Any) -> str:
     return str(raised.value)
 
 
-def test_refusals(stand_in: ctypes.CDLL) -> None:
+def test_refusals(stand_in: ctypes.CDLL, tmp_path: Path) -> None:
     swing = built(SWING, "rk4")
     assert "there is no device 'tpu'" in refused(swing, device="tpu")
     assert "there is no device '0'" in refused(swing, device=0)
@@ -242,7 +242,8 @@ def test_refusals(stand_in: ctypes.CDLL) -> None:
     assert "record" in told and "fewer columns or points" in told
     ball = built(EXAMPLES / "bouncing_ball" / "scene.toml", "rk4")
     first = next(name for name in ball.q_names)
-    assert "the scene has events" in refused(ball, vary={first: "uniform(0.1, 0.2)"})
+    assert "the scene has events" in refused(ball, vary={first: "uniform(0.1, 0.2)"}, folder=tmp_path / "runs")
+    assert not (tmp_path / "runs").exists()
     single = eomgen.build(SWING, method="rk4", real="float")
     assert "samples cannot run on a device: numbers are of type float" in refused(single)
 

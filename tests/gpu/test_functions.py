@@ -133,7 +133,7 @@ def test_results_can_be_given_and_streams_chosen(stand_in: ctypes.CDLL) -> None:
     for wrong in (np.zeros((SAMPLES, 2)), "here", [out, out]):
         with pytest.raises(UsageError, match="out: an array of the package of the arguments is needed for tau each"):
             functions.inverse_dynamics(rows(q), rows(v), rows(a), out=wrong)
-    with pytest.raises(UsageError, match="stream: the handle of a stream is needed, not object; try: stream.ptr of"):
+    with pytest.raises(UsageError, match=r"stream: the handle of a stream is needed, not object; try: stream\.ptr"):
         functions.inverse_dynamics(rows(q), rows(v), rows(a), stream=object())
     with pytest.raises(UsageError, match=r"do not broadcast: q \(7,\), v \(3,\), a \(7,\)"):
         functions.inverse_dynamics(rows(q), rows(v[:3]), rows(a))
@@ -349,6 +349,8 @@ ptxas info    : Compiling entry function 'panda_partials_kernel' for 'sm_90'
 ptxas info    : Function properties for panda_partials_kernel
     2216 bytes stack frame, 3000 bytes spill stores, 4116 bytes spill loads
 ptxas info    : Used 255 registers, used 1 barriers, 2216 bytes cumulative stack size
+ptxas info    : Function properties for panda_partials_part2
+    0 bytes stack frame, 8 bytes spill stores, 12 bytes spill loads
 """
 
 
@@ -356,5 +358,5 @@ def test_registers_stack_and_spills_of_the_log() -> None:
     usage = nvrtc.Cubin(b"", LOG).usage
     assert usage == {
         "panda_mass_kernel": nvrtc.Usage(71, 0, 0),
-        "panda_partials_kernel": nvrtc.Usage(255, 2216, 7116),
+        "panda_partials_kernel": nvrtc.Usage(255, 2216, 7136),
     }

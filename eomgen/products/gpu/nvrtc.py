@@ -37,7 +37,8 @@ _CUBIN, _LOG = "kernels.cubin", "log.txt"
 LAYOUT = "layout.json"
 #: Lines of a message with a fault of a text.
 _SHOWN = 12
-_ENTRY = r"Compiling entry function '(\w+)'((?:.*\n)*?.*Used (\d+) registers.*)"
+#: A kernel in the report on registers, and numbers of its text, with the functions that it calls.
+_ENTRY, _REGISTERS = r"Compiling entry function '(\w+)'", r"Used (\d+) registers"
 _STACK, _SPILLS = r"(\d+) bytes (?:cumulative )?stack", r"(\d+) bytes spill (?:stores|loads)"
 
 
@@ -63,9 +64,10 @@ class Cubin:
     @functools.cached_property
     def usage(self) -> dict[str, Usage]:
         """Memory for a thread, by the name of the kernel."""
+        _, *parts = re.split(_ENTRY, self.log)
         return {
-            name: Usage(int(registers), max(_numbers(_STACK, text), default=0), sum(_numbers(_SPILLS, text)))
-            for name, text, registers in re.findall(_ENTRY, self.log)
+            name: Usage(_numbers(_REGISTERS, text)[0], max(_numbers(_STACK, text)), sum(_numbers(_SPILLS, text)))
+            for name, text in zip(parts[::2], parts[1::2], strict=True)
         }
 
 
