@@ -228,8 +228,8 @@ ORDER: dict[str, tuple[str, ...]] = {
         "linearise",
     ),
     "products.gpu": (
-        "driver live_values names nvrtc",
-        "arrays passes requirements",
+        "driver names nvrtc",
+        "arrays requirements",
         "target",
         "ensembles kernels",
         "calls jax_kernels",

@@ -42,7 +42,7 @@ def _machines(context: click.Context, parameter: click.Parameter, start: str) ->
 @folder_option
 @terms_option
 @click.option(
-    "--target", "targets", multiple=True, default=["c"], help="The language: c, ros2, cortex-m4, casadi or acados."
+    "--target", "targets", multiple=True, default=["c"], help="The language; a wrong name gets a list of all."
 )
 @click.option("--method", shell_complete=completed_methods, help="Whose stepper is written; the scene's by default.")
 @click.option(

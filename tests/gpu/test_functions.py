@@ -6,6 +6,7 @@ from __future__ import annotations
 import ctypes
 import re
 import threading
+import time
 import warnings
 from collections.abc import Callable
 from functools import cache
@@ -239,6 +240,8 @@ def test_machine_code_is_kept(stand_in: ctypes.CDLL, tmp_path: Any, monkeypatch:
 
 
 @pytest.mark.usefixtures("cupy")
+@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
+@pytest.mark.usefixtures("cupy")
 def test_two_threads_at_once(stand_in: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("STAND_IN_STRICT", "1")  # launches need a current context, which new threads have not
     model = model_of(PENDULUM)
@@ -257,6 +260,30 @@ def test_two_threads_at_once(stand_in: ctypes.CDLL, monkeypatch: pytest.MonkeyPa
     for thread in threads:
         thread.join()
     assert faults == []
+
+
+@pytest.mark.usefixtures("cupy")
+def test_threads_that_begin_together_share_the_constants(
+    stand_in: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A second upload would replace the first one, whose memory a prepared call still reads."""
+    model, uploads, upload = model_of(PENDULUM), list[int](), driver.Device.upload
+
+    def slow(device: driver.Device, array: Any) -> driver.Memory:
+        uploads.append(array.size)
+        time.sleep(0.05)
+        return upload(device, array)
+
+    q, v, a = (rows(block) for block in states(model, 1))
+    monkeypatch.setattr(driver.Device, "upload", slow)
+    eomgen.gpu(model).inverse_dynamics(q, v, a)
+    needed, functions = len(uploads), eomgen.gpu(model)
+    threads = [threading.Thread(target=functions.inverse_dynamics, args=(q, v, a)) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert needed > 0 and len(uploads) == 2 * needed
 
 
 @pytest.mark.filterwarnings("ignore:the arrays are NumPy's")

@@ -6,9 +6,9 @@ import pytest
 
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.program import FunctionPart, Statement
-from eomgen.products.gpu.live_values import live_values
-from eomgen.products.gpu.passes import LIVE_LIMIT
+from eomgen.products.gpu.target import LIVE_LIMIT
 from tests.codegen.test_few_live import robot_function
+from tests.gpu.live_values import live_values
 
 #: Function of a robot -> live values of each part, operations, and values in the workspace.
 FIGURES = {

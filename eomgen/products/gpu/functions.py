@@ -389,11 +389,12 @@ class GpuFunctions:
         return Call(plan, module, package, self._type.name, values, constants, out)
 
     def _constant(self, block: str, device: Device) -> int:
-        """Return the address of an argument with the values of the scene."""
+        """Return the address of an argument with the values of the scene, which no other thread replaces."""
         key = block, device.index
-        if key not in self._constants:
-            terms = self._model.evaluator
-            values = {"p": terms.parameters(None), "z": terms.internal(None)}
-            array = values.get(block, np.zeros(terms.functions.sizes.get(block, 1))).astype(self._type)
-            self._constants[key] = device.upload(array)
-        return self._constants[key].pointer
+        with self._lock:
+            if key not in self._constants:
+                terms = self._model.evaluator
+                values = {"p": terms.parameters(None), "z": terms.internal(None)}
+                array = values.get(block, np.zeros(terms.functions.sizes.get(block, 1))).astype(self._type)
+                self._constants[key] = device.upload(array)
+            return self._constants[key].pointer

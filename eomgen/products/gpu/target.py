@@ -19,8 +19,10 @@ from eomgen.codegen.targets.target import Target
 from eomgen.products.gpu.driver import BLOCK
 from eomgen.products.gpu.names import CudaNames
 from eomgen.products.gpu.nvrtc import HEADERS
-from eomgen.products.gpu.passes import LIVE_LIMIT
 
+#: Live values of a part at most. 255 registers of 32 bits hold about 110 numbers; the rest of 256 threads fits into
+#: the first-level cache.
+LIVE_LIMIT = 175
 #: Numbers of the longest output of a function with a kernel for rows, at least and at most.
 LEAST, MOST = 32, 90
 #: Options by which NVRTC takes the text; the last keeps the bits: products are not fused with sums.
