@@ -25,7 +25,6 @@ from eomgen.scene.formula.scope import (
     LOAD,
     LOCAL_LOAD,
     PARAMETERS,
-    ROAD,
     SPRING_FORCE,
     STATE,
     TIME,
@@ -45,7 +44,6 @@ SCOPES: dict[Scope, str] = {
     STATE: "of the state",
     LOAD: "of the state and inverse dynamics",
     LOCAL_LOAD: "of the state and inverse dynamics, and of `here`",
-    ROAD: "of scope *road*",
     SPRING_FORCE: "of scope *spring force*",
     EVERYTHING: "of everything",
 }

@@ -75,7 +75,6 @@ PARTS = {
     **dict.fromkeys(("Effort", "Force"), "eomgen.scene.forces.forces"),
     "Bushing": "eomgen.scene.forces.bushings",
     **dict.fromkeys(("Tendon", "Wrap"), "eomgen.scene.forces.tendons"),
-    **dict.fromkeys(("Slip", "Tyre"), "eomgen.scene.forces.tyres"),
     "Event": "eomgen.scene.events.model",
     "DesignPlace": "eomgen.scene.design_poses",
     "Motion": "eomgen.system.motions",

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.base.messages import key_of
 from eomgen.formula.evaluate import symbols
@@ -26,7 +27,7 @@ from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.model import Beam, Body
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.joint_types import DRIVE_UNITS
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Frame, Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.rotations import frame_about, rows
 from eomgen.scene.scene import Scene
@@ -276,53 +277,47 @@ def _drawing(scene: Scene) -> Drawing:
 _TYRE_WIDTH, _DISC_WIDTH = Number(0.5), Number(0.15)
 
 
-def _touching(scene: Scene) -> Iterator[Any]:
-    """Yield rolling and sliding constraints, and the force elements that touch by shapes of the same attributes."""
-    yield from (item for item in scene.constraints if item.type in ("rolling", "sliding"))
-    yield from (element for element in scene.elements if element.touches)
+def _touching(scene: Scene) -> Iterator[tuple[Any, Any]]:
+    """Yield rolling and sliding constraints, and the force elements that touch by shapes of the same attributes, each
+    with the wheel of a tyre."""
+    yield from ((item, None) for item in scene.constraints if item.type in ("rolling", "sliding"))
+    yield from ((element, element.drawn()) for element in scene.elements if element.touches)
 
 
 def _rolling_shapes(scene: Scene) -> Iterator[Shape]:
     """Yield wheels of tyres and solids of bodies that touch a surface, for bodies without shapes in the scene."""
     shown = {shape.body for shape in scene.shapes}
-    points = {point.name: point for point in scene.points}
-    for item in _touching(scene):
+    for item, wheel in _touching(scene):
         frame = item.second
         if frame.body in shown or item.shape == "point":
             continue
-        radius, tube = item.radius, item.tube_radius
+        radius, tube, width = item.radius, item.tube_radius, _DISC_WIDTH if wheel is None else _TYRE_WIDTH
         kind, sizes = {
             "ellipsoid": ("ellipsoid", item.semi_axes),
             "sphere": ("sphere", (radius,)),
             "torus": ("wheel", (radius + tube, Number(2.0) * tube)),
-        }.get(item.shape, ("wheel", (radius, _DISC_WIDTH * radius)))
-        yield Shape(item.name, frame.body, kind, frame.position, frame.orientation, sizes, implied=True)
-    for element in scene.elements:
-        if isinstance(wheel := element.drawn(), Wheel):
-            center = points[wheel.center]
-            if center.body not in shown:
-                axes = rows(frame_about(np.array(wheel.axis or _spin_axis(center, scene))))
-                sizes = (wheel.radius, _TYRE_WIDTH * wheel.radius)
-                yield Shape(wheel.name, center.body, "wheel", center.position, axes, sizes, implied=True)
+        }.get(item.shape, ("wheel", (radius, width * radius)))
+        axes = frame.orientation if wheel is None or wheel.axis else rows(frame_about(_spin_axis(frame, scene)))
+        yield Shape(item.name, frame.body, kind, frame.position, axes, sizes, implied=True)
 
 
-def _spin_axis(center: Point, scene: Scene) -> tuple[float, ...]:
+def _spin_axis(center: Frame, scene: Scene) -> Array:
     """Return the axis of a wheel with the given centre, (3,), in the axes of the centre's body. It is the axis of a
     revolute joint at the centre, unless nearly vertical; else y, which lies across the road."""
     for joint in scene.joints:
         if joint.type == "revolute" and abs(joint.axis[2]) < 0.5:
             if joint.child == center.body and center.position == ZERO_VECTOR:
-                return joint.axis
+                return np.array(joint.axis)
             if joint.parent == center.body and center.position == joint.position:
-                return tuple((np.array(joint.orientation) @ np.array(joint.axis)).tolist())
-    return (0.0, 1.0, 0.0)
+                return np.asarray(np.array(joint.orientation) @ np.array(joint.axis))
+    return np.array([0.0, 1.0, 0.0])
 
 
 def _contacts(scene: Scene) -> Iterator[HeightSurface]:
     """Yield the surfaces z = height(x, y) of constraints: of rolling and sliding contacts, and of equations between two
     frames."""
     heights = [(item, item.equation) for item in scene.constraints if item.framed and item.equation is not None]
-    for item, height in (*heights, *((item, item.surface) for item in _touching(scene))):
+    for item, height in (*heights, *((item, item.surface) for item, wheel in _touching(scene) if wheel is None)):
         if height is not None:
             first, second = item.first, item.second
             plane = (first.body, first.position, first.orientation)
@@ -333,14 +328,11 @@ def _contacts(scene: Scene) -> Iterator[HeightSurface]:
 def _ground(scene: Scene) -> tuple[Formula, ...]:
     """Return a point, three formulas in m, of the plane on which the first constraint rolls or slides. Without such a
     plane, the point of the flat road of the first tyre; empty without either."""
-    for item in _touching(scene):
+    for item, _ in _touching(scene):
         frame, still = item.first, item.first.body == WORLD or (item.first.body == BASE and scene.base is None)
-        if item.surface is None and still:
-            return tuple(frame.position)
-    for element in scene.elements:
-        wheel = element.drawn()
-        if isinstance(wheel, Wheel) and all(symbol.kind == "parameter" for symbol in symbols(wheel.road)):
-            return (ZERO, ZERO, wheel.road)
+        if still and all(symbol.kind == "parameter" for symbol in symbols(item.surface or ZERO)):
+            x, y, z = frame.position
+            return (x, y, z if item.surface is None else z + item.surface)
     return ()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 OFFERED: dict[str, tuple[str, ...]] = {
     "comparison": ("Comparison", "compare"),
-    "contacts": ("contacts",),
+    "contacts": ("contacts", "tyres"),
     "controllers": ("cortex-m4", "ros2"),
     "derivatives": ("sensitivities",),
     "doubts": ("doubts", "equilibrium --quiet", "equilibrium --strict", "simulate --quiet", "simulate --strict"),

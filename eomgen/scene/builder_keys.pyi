@@ -430,6 +430,7 @@ class SectionMethods:
         tube_radius: Value | None = ...,
         semi_axes: Sequence[Value] | None = ...,
         surface: Value | None = ...,
+        surface_rate: Value | None = ...,
         housing: str | None = ...,
         clearance: Value | None = ...,
         normal: Mapping[str, Any] | None = ...,

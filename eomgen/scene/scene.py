@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from eomgen.scene.forces.forces import Effort, Force
     from eomgen.scene.forces.springs import Spring, TorsionSpring
     from eomgen.scene.forces.tendons import Tendon
-    from eomgen.scene.forces.tyres import Tyre
 
 
 def digest_of(data: Mapping[str, Any]) -> bytes:
@@ -249,7 +248,7 @@ class Scene:
     torsion_springs: ClassVar[_Kind[TorsionSpring]] = _Kind()
     tendons: ClassVar[_Kind[Tendon]] = _Kind()
     bushings: ClassVar[_Kind[Bushing]] = _Kind()
-    tyres: ClassVar[_Kind[Tyre]] = _Kind()
+    tyres: ClassVar[_Kind[ForceElement]] = _Kind()
     forces: ClassVar[_Kind[Force]] = _Kind()
     efforts: ClassVar[_Kind[Effort]] = _Kind()
 

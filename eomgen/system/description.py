@@ -365,21 +365,6 @@ class Wheel:
     stiffness: Formula
     axis: tuple[float, float, float] | None = None
 
-    def deep(self, height: float, radius: float, road: float, stiffness: float) -> str:
-        """Return a note on a tyre that starts deeper in the road than a quarter of the radius; empty for other tyres.
-
-        Parameters
-        ----------
-        height, road : of the centre and of the road below the centre, m
-        radius, stiffness : of the tyre, m and N/m
-        """
-        depth = road + radius - height
-        if not depth > 0.25 * radius > 0.0:
-            return ""
-        start = f"the tyre {self.name} starts {depth:.4g} m deep in its road, with a radius of {radius:.4g} m"
-        force = f"{stiffness * depth / 1e3:.3g} kN push it out"
-        return f"{start}: {force}; its centre belongs about {radius:.4g} m above the road [W0204]"
-
 
 @dataclass(frozen=True)
 class UnreadMesh:

@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from eomgen.formula.nodes import Number
 from eomgen.products.doubts import causes, fast_motions, remarks, unseen_laws
+from eomgen.products.doubts.places import depth_note
 from eomgen.products.doubts.unseen_events import _Roots
 from eomgen.products.doubts.unseen_laws import _Examination, _known_times, rate_partials
+from eomgen.system.description import Wheel
 from tests.oracles.evaluation import Array
 
 
@@ -224,3 +227,17 @@ def test_numbers_at_rows_are_those_that_every_row_has(monkeypatch: pytest.Monkey
     for name, factor in (("q", 2.0), ("v", 3.0), ("state", 4.0)):
         key = name, "s" if name == "state" else "x", 0
         np.testing.assert_array_equal(found[key], factor * found["time", "", 0])
+
+
+@pytest.mark.parametrize(("depth", "told"), [(0.125, False), (0.1251, True)])
+def test_tyres_start_deep_from_a_quarter_of_their_radius(depth: float, told: bool) -> None:
+    wheel = Wheel("front", "hub", Number(0.5), Number(0.0), Number(1e5))
+    note = depth_note(wheel, np.array([0.0, 0.0, 0.5 - depth]), 0.0, {}, {})
+    assert bool(note) == told
+    if told:
+        assert note == (
+            "the tyre front starts 0.1251 m deep in its road, with a radius of 0.5 m: 12.5 kN push it out; its centre"
+            " belongs about 0.5 m above the road [W0204]"
+        )
+    point = Wheel("front", "hub", Number(0.0), Number(0.0), Number(1e5))
+    assert depth_note(point, np.array([0.0, 0.0, -1.0]), 0.0, {}, {}) == ""

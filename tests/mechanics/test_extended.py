@@ -11,14 +11,14 @@ import pytest
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.implicit_step import extended_iteration
-from eomgen.scene.forces.tyres import Slip, Tyre
+from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.description import BASE, Point
 from tests.mechanics.test_bushings import random_bushing
 from tests.models.elements import elements_with
 from tests.oracles.evaluation import relative_error, tape_evaluator
-from tests.oracles.formulas import number, vector
+from tests.oracles.formulas import vector
 from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
 from tests.oracles.robots import planar_chain
 from tests.oracles.states import on_base, random_states
@@ -31,9 +31,16 @@ def with_force_elements(scene: Scene, seed: int) -> Scene:
     rng = np.random.default_rng(seed)
     last = scene.bodies[-1].name
     hub = Point("hub", last, vector(rng.normal(size=3).tolist()))
-    law = {"radius": number(3.0), "stiffness": number(9.0), "damping": number(2.0), "onset": number(0.5)}
-    slip = Slip((0.0, 1.0, 0.0), (number(5.0), number(4.0)), number(0.7), number(0.5))
-    tyre = Tyre("tyre", "hub", **law, road=number(0.0), road_rate=None, moving_road=False, slip=slip)
+    slip = {"stiffness": [5.0, 4.0], "friction": 0.7, "velocity": 0.5}
+    wheel = (
+        SceneBuilder("wheel")
+        .body("wheel", 1.0, inertia=[1, 1, 1])
+        .joint("wheel", "free", "base", "wheel")
+        .point("hub", "wheel")
+    )
+    wheel.tyre("tyre", "hub", radius=3.0, stiffness=9.0, damping=2.0, onset=0.5, slip=slip)
+    (tyre,) = wheel.build().tyres
+    tyre = replace(tyre, second=replace(tyre.second, body=last, position=hub.position))
     bushing = random_bushing(rng, "bushing", scene.bodies[0].name if seed % 3 else BASE, last)
     bushings = () if scene.bodies[0].name == last else (bushing,)
     return replace(scene, points=(*scene.points, hub), elements=elements_with(scene, bushings=bushings, tyres=(tyre,)))

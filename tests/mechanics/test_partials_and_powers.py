@@ -11,11 +11,12 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.scene import Scene
-from tests.mechanics import test_internal_states, test_joint_forces, test_tyres, test_words_of_bodies
+from tests.mechanics import test_internal_states, test_joint_forces, test_words_of_bodies
 from tests.mechanics.checks import check_partials, check_powers, states_of
 from tests.mechanics.test_beam_energy import floating, loaded_chain, nearly_straight
 from tests.mechanics.test_bushings import scene_of as with_bushings
 from tests.mechanics.test_world_points import anchored, tethered
+from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.random_scenes import random_scene, with_base, with_loads
 
 TERMS = ["residual", "partials", "energy", "forward_dynamics", "internal_rate"]
@@ -27,18 +28,11 @@ def loaded_tree(seed: int) -> Scene:
     return with_base(scene, seed, turning=seed % 3 == 1) if seed % 3 else scene
 
 
-def wheel(number: int, road: str) -> Scene:
-    tyre = {**test_tyres.ROADS[road], "slip": test_tyres.SLIP if number % 2 else None}
-    return test_tyres.wheel(tyre=tyre, moving=number % 4 > 1).build()
-
-
 SCENES: dict[str, Callable[[], Scene]] = {
     **{f"tree {seed}": partial(loaded_tree, seed) for seed in range(12)},
     **{f"bushings {seed}": partial(with_bushings, seed) for seed in range(6)},
     **{f"beams {order}": partial(loaded_chain, order) for order in (1, 2)},
     **{f"beams, floating {order}": partial(floating, order) for order in (1, 2)},
-    **{f"tyre, {road} {number}": partial(wheel, number, road) for number, road in enumerate(test_tyres.ROADS)},
-    "tyre, flat 7": partial(wheel, 7, "flat"),
     **{f"spring to the world {base}": partial(anchored, 2, base) for base in ("resting", "translating", "turning")},
     "path and bushing to the world": tethered,
     "stops": lambda: test_joint_forces.arm().build(),
@@ -46,11 +40,11 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "motion of bodies": test_words_of_bodies.gyroscope,
 }
 #: Of elements with large stiffness, by the first word of a scene's name.
-TOLERANCES = {"bushings": 1e-10, "tyre,": 1e-11, "stops": 1e-11, "motion": 1e-11}
+TOLERANCES = {"bushings": 1e-10, "stops": 1e-11, "motion": 1e-11}
 
 
 FAST = ["tree 7", "tree 11", "bushings 4", "beams, floating 2", "spring to the world turning", "stops", "states"]
-FAST += ["path and bushing to the world", "tyre, flat 0", "tyre, waves 3", "tyre, lifted 4", "motion of bodies"]
+FAST += ["path and bushing to the world", "motion of bodies"]
 
 
 @pytest.mark.slow_except(*FAST)
@@ -58,13 +52,11 @@ FAST += ["path and bushing to the world", "tyre, flat 0", "tyre, waves 3", "tyre
 def test_partials_are_complex_steps_and_the_energy_changes_by_the_powers(name: str, rng: np.random.Generator) -> None:
     scene, kind = SCENES[name](), name.split(maxsplit=1)[0]
     system = derive(scene, TERMS)
-    state = states_of(system, rng, count=40 if kind in ("tyre,", "stops") else 5)
+    state = states_of(system, rng, count=40 if kind == "stops" else 5)
     if kind.startswith("beams"):
         state = nearly_straight(system, state)
-    if kind == "tyre,":
-        state = test_tyres.near_the_road(state, rng)
     check_partials(system, state, TOLERANCES.get(kind, 1e-12))
-    state["a"] = test_tyres.tape_evaluator(system)("forward_dynamics", state)["vdot"]
+    state["a"] = tape_evaluator(system)("forward_dynamics", state)["vdot"]
     _, potential, power, base_power = check_powers(system, state, max(TOLERANCES.get(kind, 0.0), 1e-11)).T
     assert np.ptp(potential) > 0.0
     assert (np.abs(base_power).max() > 0.0) == (scene.base is not None)

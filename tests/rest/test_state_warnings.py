@@ -18,7 +18,6 @@ from eomgen.compiled.rest.state_warnings import (
     off_axis_hint,
 )
 from eomgen.formula.nodes import Number, Symbol
-from eomgen.system.description import Wheel
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0]
 
@@ -158,16 +157,3 @@ def test_masses_that_are_not_definite_anywhere_are_no_fault_of_beams() -> None:
     assert warning.text == "the inertia matrix there is not positive definite, its smallest eigenvalue is -1"
     assert beams_beyond_linear_range(model, np.zeros(3), NO) == ()
     assert inertia_warning(cast(Any, SimpleNamespace(functions=())), np.zeros(3), NO) is None
-
-
-@pytest.mark.parametrize(("depth", "told"), [(0.125, False), (0.1251, True)])
-def test_tyres_start_deep_from_a_quarter_of_their_radius(depth: float, told: bool) -> None:
-    wheel = Wheel("front", "hub", Number(0.5), Number(0.0), Number(1e5))
-    note = wheel.deep(1.5 - depth, 0.5, 1.0, 1e5)
-    assert bool(note) == told
-    if told:
-        assert note == (
-            "the tyre front starts 0.1251 m deep in its road, with a radius of 0.5 m: 12.5 kN push it out; its centre"
-            " belongs about 0.5 m above the road [W0204]"
-        )
-    assert wheel.deep(-1.0, 0.0, 0.0, 1e5) == ""

@@ -15,7 +15,7 @@ from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, minus, plus, scaled, transpose
-from eomgen.symbolic.tape import ZERO, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 #: Block of the place and the pose on the separate tape.
 _MOTION = "motion"
@@ -165,15 +165,10 @@ def _surface_functions(quantities: Quantities, item: TouchingBody) -> tuple[_Fun
     """
     assert item.surface is not None  # asked for by the caller
     tape = Tape()
-    detached = DetachedSymbols(quantities, tape)
-    algebra = detached.algebra
     count = 5 if item.shape in ROUND else 14
     x, y, *pose = (Scalar(tape, tape.input(_MOTION, number)) for number in range(count))
-
-    def resolve(symbol: Symbol) -> Scalar:
-        return (x, y)[symbol.index] if symbol.kind == "local" else detached(symbol)
-
-    h = record(algebra, item.surface, resolve)
+    detached, h = _height(quantities, item.surface, tape)
+    algebra = detached.algebra
     ((hx, hy),) = _partials(algebra, [h])
     normal, origin = _unit(algebra, (-hx, -hy, algebra.one)), (pose[0], pose[1], pose[2])
     rows = [(pose[k], pose[k + 1], pose[k + 2]) for k in (3, 6, 9)] if item.shape not in ROUND else []
@@ -194,6 +189,26 @@ def _surface_functions(quantities: Quantities, item: TouchingBody) -> tuple[_Fun
     step = [*moved, dot(off, off), *inverse, trace, minor]
     by_step, by_residual, by_final = ([value.ref for value in values] for values in (step, off, outputs))
     return (tape, by_step), (tape, by_residual), (tape, by_final)
+
+
+def _height(quantities: Quantities, surface: Formula, tape: Tape) -> tuple[DetachedSymbols, Scalar]:
+    """Return the quantities of a scene on a separate tape, and the height of a surface there, of the inputs x and y."""
+    detached = DetachedSymbols(quantities, tape)
+
+    def resolve(symbol: Symbol) -> Scalar:
+        return Scalar(tape, tape.input(_MOTION, symbol.index)) if symbol.kind == "local" else detached(symbol)
+
+    return detached, record(detached.algebra, surface, resolve)
+
+
+def surface_at(quantities: Quantities, surface: Formula, x: Scalar, y: Scalar) -> list[Scalar]:
+    """Return the height of a surface, m, at a place of the first frame, and its partials in x, in y, and explicitly in
+    time. The partials are taken on a separate tape, on which x and y are independent."""
+    tape = Tape()
+    _, h = _height(quantities, surface, tape)
+    seeds = block_directions(_MOTION, 2) | {InputSymbol("t", 0): {2: ONE}}
+    (tangent,) = forward_partials(tape, [h.ref], seeds)
+    return _call(quantities.algebra.tape, (tape, [h.ref, *(tangent.get(k, ZERO) for k in range(3))]), [x, y])
 
 
 def _partials(algebra: Algebra, values: Sequence[Scalar]) -> list[tuple[Scalar, Scalar]]:

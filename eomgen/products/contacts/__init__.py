@@ -6,6 +6,9 @@ __all__ = []
 
 PRODUCT = Product(
     rows={
-        "eomgen.sections": (LateRow("contacts", "eomgen.products.contacts.section:SECTION", behind="tyres"),),
+        "eomgen.sections": (
+            LateRow("tyres", "eomgen.products.contacts.tyres:SECTION", behind="bushings"),
+            LateRow("contacts", "eomgen.products.contacts.section:SECTION", behind="tyres"),
+        ),
     },
 )

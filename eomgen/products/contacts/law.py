@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from operator import attrgetter
 
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Offer, Quantities
 from eomgen.products.contacts import friction_laws, normal_laws
-from eomgen.products.contacts.laws import LOCAL_NAMES, AppliedLaw, ContactLaw, state_name
+from eomgen.products.contacts.laws import LOCAL_NAMES, NORMAL_NAMES, AppliedLaw, ContactLaw, state_name
 from eomgen.products.contacts.pair import PairMotion
 from eomgen.products.contacts.section import STATES, Contact
+from eomgen.products.contacts.tyres import Tyre
 from eomgen.symbolic.scalar import Scalar, apply, cross, dot, minus, plus, scaled, transpose
 from eomgen.system.description import WORLD
 
@@ -24,19 +26,22 @@ class ContactForces:
     def __init__(self, quantities: Quantities, item: Contact) -> None:
         self._quantities, self._item = quantities, item
         self.motion = PairMotion(quantities, item)
-        self.local, self.place = self.motion.local, self.motion.place
 
-    def _record(self, law: ContactLaw, applied: AppliedLaw, known: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    def _record(
+        self, law: ContactLaw, applied: AppliedLaw, names: str, more: Mapping[str, Scalar]
+    ) -> dict[str, Scalar]:
         keys = {name: self._quantities.formula(value) for name, value in applied.values.items()}
-        return law.record(self._quantities.algebra, {**known, **keys})
+        return law.record(self._quantities.algebra, {**getattr(self.motion, names), **more, **keys})
 
     @cached_property
     def normal(self) -> dict[str, Scalar]:
         """Results of the normal law; a part without a potential is left out of an ``elastic`` contact."""
         item, zero = self._item, self._quantities.algebra.zero
-        results = self._record(normal_laws.LAWS[item.normal.name], item.normal, self.motion.local)
-        results = {"elastic": zero, "energy": zero, **results}
-        return {**results, "force": results["elastic"]} if item.elastic else results
+        results = self._record(normal_laws.LAWS[item.normal.name], item.normal, "along_normal", {})
+        lossless = {} if item.moving_surface else results  # a moving surface does work: its force has no potential
+        results |= {name: lossless.get(name, zero) for name in ("elastic", "energy")}
+        results |= {"force": results["elastic"]} if item.elastic else {}
+        return {**results, "load": results["force"] * self.motion.steepness}
 
     @cached_property
     def tangential(self) -> dict[str, Scalar]:
@@ -48,9 +53,8 @@ class ContactForces:
         law = friction_laws.LAWS[applied.name]
         numbers = {state: quantities.state_numbers[state_name(self._item.name, state)] for state in law.states}
         states = {state: quantities.input("z", number) for state, number in numbers.items()}
-        return (
-            absent | states | self._record(law, applied, {**self.motion.local, "load": self.normal["force"], **states})
-        )
+        more = {"load": self.normal["load"], **states}
+        return absent | states | self._record(law, applied, "local", more)
 
 
 def contact_forces(quantities: Quantities, item: Contact) -> ContactForces:
@@ -68,42 +72,55 @@ def add_contact(loads: Loads, item: Contact, quantities: Quantities) -> None:
     if all(quantities.mount(frame).link < 0 for frame in (item.first, item.second)):
         return
     forces = contact_forces(quantities, item)
-    motion, normal, friction = forces.motion, forces.normal, forces.tangential
-    axes = dict(zip("xyz", (*motion.tangents, motion.normal), strict=True))
-    force, moment = scaled(normal["force"], motion.normal), quantities.algebra.zero_vector
-    for axis in "xy":
-        force = plus(force, scaled(friction[f"force_{axis}"], axes[axis]))
-    for axis, direction in axes.items():
-        moment = plus(moment, scaled(friction[f"moment_{axis}"], direction))
-    elastic = scaled(normal["elastic"], motion.normal)
+    motion, normal = forces.motion, forces.normal
+    pressed, friction = scaled(normal["force"], motion.gradient), quantities.algebra.zero_vector
+    moment = quantities.algebra.zero_vector
+    if item.tangential is not None:
+        axes = dict(zip("xyz", (*motion.tangents, motion.normal), strict=True))
+        for axis in "xy":
+            friction = plus(friction, scaled(forces.tangential[f"force_{axis}"], axes[axis]))
+        for axis, direction in axes.items():
+            moment = plus(moment, scaled(forces.tangential[f"moment_{axis}"], direction))
     loads.potential = loads.potential + normal["energy"]
-    loads.power = loads.power + dot(minus(force, elastic), motion.slip) + dot(moment, motion.turning)
+    lossy = minus(pressed, scaled(normal["elastic"], motion.gradient))
+    loads.power = loads.power + dot(lossy, motion.approach) + dot(friction, motion.slip) + dot(moment, motion.turning)
+    force = plus(pressed, friction)
     sides = ((item.second, motion.pair.second, item.first), (item.first, motion.pair.first, item.second))
     for frame, pose, opposite in sides:
         link, origin = quantities.kinematics.local(frame.body, quantities.vector(frame.position))
         if link < 0:  # base and world take no load
             continue
         to_link, sign = transpose(motion.pair.kinematics.pose(link)[0]), 1.0 if frame is item.second else -1.0
-        arm = plus(origin, apply(to_link, minus(motion.point, pose.origin)))
-        pushed, turned = (apply(to_link, scaled(sign, part)) for part in (force, moment))
-        wrench = (plus(turned, cross(arm, pushed)), pushed)
+        with_arm = friction if motion.round and frame is item.second else force
+        about_origin = plus(moment, cross(minus(motion.point, pose.origin), with_arm))
+        pushed, turned = (apply(to_link, scaled(sign, part)) for part in (force, about_origin))
+        wrench = (plus(turned, cross(origin, pushed)), pushed)
         add_wrench(loads.wrenches, link, wrench)
         if opposite.body == WORLD:
             add_wrench(loads.external, link, wrench)
 
 
 def _offer(group: str, name: str) -> Offer:
-    return lambda quantities, item: getattr(contact_forces(quantities, item), group)[name]
+    return lambda quantities, item: attrgetter(group)(contact_forces(quantities, item))[name]
 
 
 LAW = Law(
     Contact,
     add_contact,
     {
-        **{kind: _offer("local", name) for name, kind in LOCAL_NAMES.items()},
-        "normal_force": _offer("normal", "force"),
-        **{f"contact_{axis}": _offer("place", axis) for axis in "xyz"},
+        **{kind: _offer("motion.local", name) for name, kind in LOCAL_NAMES.items()},
+        **{LOCAL_NAMES[name]: _offer("motion.along_normal", name) for name in NORMAL_NAMES},
+        "normal_force": _offer("normal", "load"),
+        **{f"contact_{axis}": _offer("motion.place", axis) for axis in "xyz"},
         **{f"friction_force_{axis}": _offer("tangential", f"force_{axis}") for axis in "xy"},
         **{name: _offer("tangential", name) for name in ("slip_x", "slip_y", *STATES)},
+    },
+)
+TYRES = Law(
+    Tyre,
+    add_contact,
+    {
+        "load": _offer("normal", "load"),
+        "deflection": lambda quantities, item: -contact_forces(quantities, item).motion.gap,
     },
 )

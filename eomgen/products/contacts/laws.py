@@ -28,7 +28,7 @@ LOCAL_NAMES: Mapping[str, str] = {
     **{name: name for name in ("spin", "wheel_speed", "camber")},
 }
 #: Names that formulas of normal laws may have.
-_OF_NORMAL_LAWS = ("gap", "rate", "deflection")
+NORMAL_NAMES = ("gap", "rate", "deflection")
 #: Kind of the local names in scopes.
 _LOCAL = "contact"
 
@@ -41,7 +41,7 @@ def local_scope(description: str, names: Iterable[str], kinds: frozenset[str] = 
 
 NORMAL, TANGENTIAL = (
     local_scope(f"{', '.join(names)}, {SPRING_FORCE.description}", names, SPRING_FORCE.kinds)
-    for names in (_OF_NORMAL_LAWS, tuple(LOCAL_NAMES))
+    for names in (NORMAL_NAMES, tuple(LOCAL_NAMES))
 )
 
 

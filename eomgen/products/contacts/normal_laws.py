@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from eomgen.mechanics.forces.contacts import contact
 from eomgen.products.contacts.laws import NORMAL, ContactLaw, LawKey
 from eomgen.scene.reading.requirements import Outside, above_zero, not_below_zero
+from eomgen.symbolic.scalar import Algebra, Scalar
 
 _STIFFNESS = above_zero("the stiffness of a contact [E2403]")
 _EXPONENT = LawKey(
@@ -23,13 +25,24 @@ _POWER = {
     "energy": "stiffness * deflection ** (exponent + 1) / (exponent + 1)",
 }
 _RESULTS = {"elastic": "elastic", "energy": "energy"}
+
+
+class _LinearLaw(ContactLaw):
+    """The law of stops of joints."""
+
+    def record(self, algebra: Algebra, known: Mapping[str, Scalar]) -> dict[str, Scalar]:
+        keys = {name: known[name] for name in self.keys}
+        law = contact(algebra, -known["gap"], -known["rate"], **keys)
+        return {"force": law.force, "elastic": law.elastic, "energy": law.potential}
+
+
 _LAWS = (
     ContactLaw(
         "formula",
         {"force": LawKey("force that separates the bodies", "N", example='"1e5*deflection"', names=NORMAL)},
         {"force": "force"},
     ),
-    ContactLaw(
+    _LinearLaw(
         "linear",
         {
             "stiffness": LawKey("force by deflection", "N/m", _STIFFNESS, example="1e5"),
@@ -43,15 +56,7 @@ _LAWS = (
                 1e-4,
             ),
         },
-        {"force": "rise * max(stiffness * deflection - damping * rate, 0)", **_RESULTS},
-        definitions={
-            "within": "min(deflection, onset)",
-            "part": "within / onset",
-            "rise": "part * part * (3 - 2 * part)",
-            "elastic": "rise * stiffness * deflection",
-            "stored": "part**4 * (0.75 - 0.4 * part)",
-            "energy": "stiffness * (onset**2 * stored + 0.5 * (deflection**2 - within**2))",
-        },
+        {},
     ),
     ContactLaw(
         "hunt_crossley",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Symbol
+from eomgen.formula.substitution import map_symbols
 from eomgen.products.contacts import friction_laws, normal_laws
 from eomgen.products.contacts.laws import (
     LOCAL_NAMES,
@@ -21,11 +22,10 @@ from eomgen.products.contacts.laws import (
     table_of,
 )
 from eomgen.products.contacts.slip_laws import KEYS, SlipLaw, read_coefficients
+from eomgen.products.contacts.surfaces import FOLLOWER, HEIGHT, surface_fields
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
-from eomgen.scene.formula.scope import BETWEEN_FRAMES
 from eomgen.scene.joint_types import Need
-from eomgen.scene.joints.constraint_reading import read_surface
 from eomgen.scene.joints.constraint_schema import FrameEntry
 from eomgen.scene.joints.frames import Site, read_frame
 from eomgen.scene.joints.model import Frame
@@ -55,7 +55,10 @@ SHAPES: Mapping[str, tuple[str, Need]] = {
     "disc": ("radius=0.3", "z"),
     "torus": ("radius=0.3 tube_radius=0.05", "z"),
     "ellipsoid": ("semi_axes=[0.2,0.03,0.02]", "any"),
+    FOLLOWER: ("radius=0.3", "z"),
 }
+#: Shapes about an axis, along and across which they slip.
+WHEELS = ("disc", "torus", FOLLOWER)
 
 
 class ContactEntry(Table):
@@ -63,16 +66,24 @@ class ContactEntry(Table):
 
     first: FrameEntry = key("frame of the surface: the plane of its x and y, z out of the ground", kind="frame")
     second: FrameEntry = key("frame in the centre of the shape", kind="frame")
-    shape: str = key("`point`, `sphere`, `disc`, `torus` or `ellipsoid`, as of [rolling](constraints.md)")
+    shape: str = key(
+        "`point`, `sphere`, `disc`, `torus` or `ellipsoid`, as of [rolling](constraints.md), or `follower`"
+    )
     radius: Value | None = of_parameters("radius of a sphere or a disc, or of the centre line of a torus", unit="m")
     tube_radius: Value | None = of_parameters("tube radius of a torus", unit="m")
     semi_axes: Triple | None = of_parameters("semi-axes of an ellipsoid along x, y, z of `second`", unit="m")
     surface: Value | None = optional(
         "height of the surface over the plane",
         unit="m",
-        names=BETWEEN_FRAMES,
-        kind="value of x, y and parameters",
+        names=HEIGHT,
+        kind="value of x, y, t, inputs and parameters",
         shown_default="the plane",
+    )
+    surface_rate: Value | None = optional(
+        "its rate from time and inputs; needed if an input moves it",
+        unit="m/s",
+        names=HEIGHT,
+        kind="value of x, y, t, inputs and parameters",
     )
     housing: Literal["sphere", "cylinder"] | None = optional(
         "a hollow about the origin, or about the z axis of `first`, in place of the plane, for a sphere or a point"
@@ -90,11 +101,15 @@ class Contact(ForceElement):
     ----------
     housing : ``sphere`` or ``cylinder`` with a ``clearance``; empty for a plane or a surface
     tangential : None without friction
+    axis_key : key of a wheel's axis below the element
+    surface_rate : rate of the height due to time and inputs; None if it follows from the formula
+    moving_surface : whether time or inputs move the surface
     elastic : whether only the part of the normal force with a potential acts
     """
 
     section: ClassVar[str] = "contacts"
     law: ClassVar[str] = "eomgen.products.contacts.law:LAW"
+    axis_key: ClassVar[str] = "second.axis"
 
     first: Frame
     second: Frame
@@ -105,6 +120,8 @@ class Contact(ForceElement):
     tube_radius: Formula = ZERO
     semi_axes: tuple[Formula, Formula, Formula] = ZERO_VECTOR
     surface: Formula | None = None
+    surface_rate: Formula | None = None
+    moving_surface: bool = False
     housing: str = ""
     clearance: Formula = ZERO
     elastic: bool = False
@@ -112,6 +129,17 @@ class Contact(ForceElement):
     def formulas(self) -> Iterator[tuple[Formula, int]]:
         laws = (self.normal, self.tangential)
         yield from ((formula, 0) for law in laws if law is not None for formula in law.values.values())
+        yield from self.heights()
+
+    def heights(self) -> Iterator[tuple[Formula, int]]:
+        """Yield height and rate of the surface, by quantities of scenes, with the number of time derivatives needed."""
+        for height, derivatives in ((self.surface, 1), (self.surface_rate, 0)):
+            if height is not None:
+                yield map_symbols(height, self._place), derivatives
+
+    def _place(self, symbol: Symbol) -> Symbol:
+        """Return a symbol, with the quantity of scenes in place of x or y."""
+        return Symbol(f"contact_{'xy'[symbol.index]}", self.name) if symbol.kind == "local" else symbol
 
     def passive(self) -> Self:
         return replace(self, tangential=None, elastic=True)
@@ -123,7 +151,7 @@ class Contact(ForceElement):
     def lengths(self) -> tuple[Formula, ...]:
         return (self.radius,)
 
-    def frames(self) -> tuple[Frame, Frame]:
+    def frames(self) -> tuple[Frame, Frame] | None:
         return self.first, self.second
 
 
@@ -146,7 +174,7 @@ def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
             report.add(key, "a housing needs a clearance [E2413]", "clearance = 1e-4")
     elif entry.clearance is not None:
         report.add(f"{key}.clearance", "a clearance needs a housing [E2414]", 'housing = "cylinder"')
-    friction, surface = entry.tangential, entry.surface
+    friction = entry.tangential
     return Contact(
         name,
         read_frame(f"{key}.first", "contact", entry.first, "z", site),
@@ -154,7 +182,7 @@ def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
         entry.shape,
         _OF_FILE if entry.normal is None else read_law(f"{key}.normal", name, entry.normal, normal_laws.LAWS, values),
         None if friction is None else read_law(f"{key}.tangential", name, friction, friction_laws.LAWS, values),
-        surface=None if surface is None else read_surface(f"{key}.surface", surface, values),
+        **surface_fields(key, "surface", entry, values, "contact"),
         housing=entry.housing or "",
         **values.keys(key, entry, "radius", "tube_radius", "semi_axes", "clearance"),
     )

@@ -59,13 +59,13 @@ class SlipLaw(ContactLaw):
 
     def table(self, version: str) -> TangentialLaw:
         """Return the formulas of a version, from the motion of a pair on."""
-        return tangential_law(self.name, version, "motion")
+        return tangential_law(self.name, version, "motion" if self.states else "")
 
     def record(self, algebra: Algebra, known: Mapping[str, Scalar]) -> dict[str, Scalar]:
         law = self.table(version_of(known["FITTYP"].constant or 0.0) if "FITTYP" in known else "")
         given = {name: scalar for name, scalar in known.items() if name in law.quantities or name.isupper()}
-        recorded = law.record(algebra, _NAMES, given)
         texts = {**self.results, **{rate_name(state): text for state, text in self.states.items()}}
+        recorded = law.record(algebra, [*texts.values()], given)
         return {name: recorded[text] for name, text in texts.items()}
 
 
@@ -103,12 +103,14 @@ def read_coefficients(key: str, row: SlipLaw, entry: Any, folder: Path, values: 
     return {name: known[name] for name in (*used, "FITTYP", *_OF_NORMAL_LAW) if name in known}
 
 
+_OF_TWO = "coefficients={STIFFNESS_X=20,STIFFNESS_Y=15,FRICTION=1}"
 ROWS = tuple(
-    SlipLaw(name, {}, _RESULTS, states=_STATES, unit="", more=more)
-    for name, more in (
-        ("linear", "coefficients={STIFFNESS_X=20,STIFFNESS_Y=15,FRICTION=1}"),
-        ("brush", "coefficients={STIFFNESS=15,FRICTION=1}"),
-        ("tmeasy", "coefficients={LOAD=3000,DFX1=...}"),
-        ("magic_formula", 'file="car.tir" coefficients'),
+    SlipLaw(name, {}, results, states=states, unit="", more=more)
+    for name, results, states, more in (
+        ("linear", _RESULTS, _STATES, _OF_TWO),
+        ("steady_slip", {name: name for name in ("force_x", "force_y")}, {}, _OF_TWO),
+        ("brush", _RESULTS, _STATES, "coefficients={STIFFNESS=15,FRICTION=1}"),
+        ("tmeasy", _RESULTS, _STATES, "coefficients={LOAD=3000,DFX1=...}"),
+        ("magic_formula", _RESULTS, _STATES, 'file="car.tir" coefficients'),
     )
 )

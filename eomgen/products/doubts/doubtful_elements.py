@@ -185,26 +185,23 @@ def tyres_in_the_road(facts: SceneFacts) -> list[str]:
     spin."""
     tyres, values, notes = facts.elements("tyres"), facts.values, list[str]()
     by_name, places = {point.name: point for point in facts.scene["points"]}, facts.places if tyres else {}
-    for tyre in tyres:
-        point = by_name.get(tyre.center)
+    for wheel in (tyre.drawn() for tyre in tyres):
+        point = by_name.get(wheel.center)
         if point is None or point.body not in places:
             continue
         turned, origin = places[point.body]
         center = origin + turned @ np.array([values.value(part) for part in point.position])
-        if tyre.slip is not None and abs((turned @ np.array(tyre.slip.axis))[2]) > UPRIGHT:
-            key = f"{key_of('tyres', tyre.name)}.slip.axis"
+        if wheel.axis is not None and abs((turned @ np.array(wheel.axis))[2]) > UPRIGHT:
+            key = f"{key_of('tyres', wheel.name)}.slip.axis"
             notes.append(
                 f"{key}: the spin axis stands nearly upright at the start, and the wheel lies on its side [W0257];"
                 " try: a level axis, as [0, 1, 0] of a wheel that rolls along x"
             )
 
-        from eomgen.products.doubts.places import height_over_road  # noqa: PLC0415  # most scenes have no tyres
+        from eomgen.products.doubts.places import depth_note  # noqa: PLC0415  # most scenes have no tyres
 
-        wheel, radius, stiffness = tyre.drawn(), values.value(tyre.radius), values.value(tyre.stiffness)
-        with contextlib.suppress(ArithmeticError, KeyError):
-            height = height_over_road(wheel, center, 0.0, values.parameters, defaultdict(float))
-            if note := wheel.deep(height, radius, 0.0, stiffness):
-                notes.append(f"{key_of('tyres', tyre.name)}: {note} [W0110]")
+        if note := depth_note(wheel, center, 0.0, values.parameters, defaultdict(float)):
+            notes.append(f"{key_of('tyres', wheel.name)}: {note} [W0110]")
     return notes
 
 

@@ -65,6 +65,22 @@ def height_over_road(
     return float(center[2]) - evaluate(wheel.road, value_of)
 
 
+def depth_note(wheel: Wheel, center: Array, t: float, values: Mapping[str, float], inputs: Mapping[str, float]) -> str:
+    """Return a note on a tyre that starts deeper in the road than a quarter of the radius, arguments as of
+    ``height_over_road``; empty for other tyres, and for a road without a value."""
+    try:
+        height = height_over_road(wheel, center, t, values, inputs)
+    except (ArithmeticError, KeyError):
+        return ""
+    radius, stiffness = (evaluate(part, lambda symbol: values[symbol.name]) for part in (wheel.radius, wheel.stiffness))
+    depth = radius - height
+    if not depth > 0.25 * radius > 0.0:
+        return ""
+    start = f"the tyre {wheel.name} starts {depth:.4g} m deep in its road, with a radius of {radius:.4g} m"
+    force = f"{stiffness * depth / 1e3:.3g} kN push it out"
+    return f"{start}: {force}; its centre belongs about {radius:.4g} m above the road [W0204]"
+
+
 def evenly(count: int, most: int) -> NDArray[np.intp]:
     """Return at most ``most`` of the numbers 0 to ``count`` - 1, evenly chosen."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))

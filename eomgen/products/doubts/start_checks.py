@@ -7,7 +7,6 @@ Impacts that a run starts past, or on, and their effect on the motion, in words.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +17,7 @@ from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.rest.state_warnings import SceneMeasures
 from eomgen.lie import product
-from eomgen.products.doubts.places import height_over_road, place, poses_of
+from eomgen.products.doubts.places import depth_note, place, poses_of
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.motion_size import reach_of
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun, RunStart
@@ -49,9 +48,7 @@ def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: Inpu
     for wheel in drawing.wheels:
         point = points[wheel.center]
         center = place(poses[point.body], measures.vector(point.position))
-        with suppress(ArithmeticError, KeyError):
-            height = height_over_road(wheel, center, t, measures.values, inputs)
-            notes.append(wheel.deep(height, measures.number(wheel.radius), 0.0, measures.number(wheel.stiffness)))
+        notes.append(depth_note(wheel, center, t, measures.values, inputs))
     return list(filter(None, notes))
 
 

@@ -66,7 +66,8 @@ _GROUND = "#c2bcae"
 
 
 def surfaces_of(drawing: Drawing, poses: Mapping[str, Array], values: Mapping[str, float]) -> list[dict[str, Any]]:
-    """Return the surfaces of contacts around the path of the body on each, as shapes of ``scenery.scenery``.
+    """Return the surfaces of contacts around the path of the body on each, as shapes of ``scenery.scenery``; a surface
+    that moves is shown at t = 0 and zero inputs.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def surfaces_of(drawing: Drawing, poses: Mapping[str, Array], values: Mapping[st
         grid = np.meshgrid(x, y, indexing="ij")
 
         def value_of(symbol: Symbol, grid: Sequence[Array] = grid) -> ArrayLike:
-            return grid[symbol.index] if symbol.kind == "local" else values.get(symbol.name, np.nan)
+            return grid[symbol.index] if symbol.kind == "local" else values.get(symbol.name, 0.0)
 
         z = np.broadcast_to(evaluate_batch(surface.height, value_of), grid[0].shape)
         faces = [face for face in faces_of_grid(*z.shape).tolist() if np.all(np.isfinite(z.flat[face]))]

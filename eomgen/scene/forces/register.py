@@ -31,7 +31,6 @@ ELEMENTS = (
         {"path_length": "element", "path_rate": "element", "path_tension": "tension"},
     ),
     _element("bushings", "bushings:SECTION"),
-    _element("tyres", "tyres:SECTION", {"load": "element", "deflection": "element"}),
     _element("forces", "forces:SECTION"),
     _element("distributed_loads", "distributed_loads:SECTION"),
     _element("efforts", "forces:EFFORT_SECTION"),

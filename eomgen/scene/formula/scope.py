@@ -150,19 +150,6 @@ SURFACE = Scope(
         ),
     ),
 )
-_ROAD = frozenset({"parameter", "time", "curve", "input", "position"})
-ROAD = Scope(
-    "time, parameters, inputs, curves and the position of the wheel's centre",
-    _ROAD,
-    (
-        (
-            "external",
-            "damping of the tyre needs the rate of the road, whose slopes need second derivatives, and laws of files do"
-            " not have these",
-            "a map of the heights in [maps], or the force of the tyre by the law in [forces]",
-        ),
-    ),
-)
 SPRING_FORCE = Scope("time, parameters, inputs, states, positions, velocities (no accelerations or tensions)", _STATE)
 STATE = Scope(
     "time, parameters, inputs, states, positions, velocities and tensions (not accelerations)", _STATE | {"tension"}

@@ -18,7 +18,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import changes
 from eomgen.formula.nodes import NON_SMOOTH, ZERO, Application, Formula, Operation, Symbol, distinct_nodes
 from eomgen.scene.design_poses import UnknownPoseError, attach, size_of
-from eomgen.scene.formula.scope import BETWEEN_FRAMES, POSITIONS, SURFACE, VELOCITIES
+from eomgen.scene.formula.scope import BETWEEN_FRAMES, POSITIONS, SURFACE, VELOCITIES, Scope
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints.drives import read_law, read_length, read_smoothing
 from eomgen.scene.joints.frames import read_frame, site_of
@@ -124,15 +124,21 @@ def _length(
     return UNKNOWN
 
 
-def read_surface(key: str, text: float | str, values: Values) -> Formula | None:
+def read_surface(
+    key: str,
+    text: float | str,
+    values: Values,
+    scope: Scope = SURFACE,
+    kinds: Collection[str] = ("parameter", "local"),
+) -> Formula | None:
     """Return the height of a contact's surface over the plane as a formula of x and y, m; None for the plane, and after
-    a report for a formula that cannot be read, changes over time or depends on z. Missing derivatives are reported,
-    too."""
-    formula = values.formula(key, text, SURFACE)
+    a report for a formula that cannot be read, has symbols of other ``kinds`` or depends on z. Missing derivatives are
+    reported, too."""
+    formula = values.formula(key, text, scope)
     if formula is UNKNOWN or formula == ZERO:
         return None
     for symbol in sorted(symbols(formula), key=lambda symbol: (symbol.kind, symbol.index)):
-        if symbol.kind not in ("parameter", "local"):
+        if symbol.kind not in kinds:
             hint = "a moving body in first, which carries the surface"
             values.report.add(key, "the surface changes over time [E1602]", hint)
             return None

@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
+from tests.mechanics.checks import check_partials, check_powers, states_of
 from tests.oracles.evaluation import Array, tape_evaluator
 from tests.oracles.states import derivative, random_states, rotation_of
 
@@ -107,6 +109,20 @@ def test_absolute_coordinates_give_the_same_forces(rng: np.random.Generator) -> 
     state = near_the_road(random_states(systems[0], 40, rng), rng)
     joint, absolute = (tape_evaluator(system)("force", state)["Q"] for system in systems)
     np.testing.assert_allclose(absolute, joint, rtol=1e-12, atol=1e-11)
+
+
+@pytest.mark.slow
+@pytest.mark.slow_except("0-flat", "3-waves", "4-lifted")
+@pytest.mark.parametrize(("number", "road"), [*enumerate(ROADS), (7, "flat")])
+def test_partials_are_complex_steps_and_the_energy_changes_by_the_powers(
+    number: int, road: str, rng: np.random.Generator
+) -> None:
+    scene = wheel(tyre={**ROADS[road], "slip": SLIP if number % 2 else None}, moving=number % 4 > 1).build()
+    system = derive(scene, ["residual", "partials", "energy", "forward_dynamics"])
+    state = near_the_road(states_of(system, rng, count=40), rng)
+    check_partials(system, state, 1e-11)
+    state["a"] = tape_evaluator(system)("forward_dynamics", state)["vdot"]
+    check_powers(system, state, 1e-11)
 
 
 def test_a_wheel_that_moves_along_a_diagonal_has_the_slope_along_it(rng: np.random.Generator) -> None:
