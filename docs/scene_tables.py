@@ -120,7 +120,8 @@ def _type(annotation: Any, field: FieldInfo, elsewhere: Mapping[str, str]) -> st
         kind = f"[{kind}]({page})"
     if meaning.kind:
         return kind
-    scope = f" {SCOPES[meaning.names]}" if meaning.names is not None else ""
+    names = meaning.names  # scopes of products say of themselves what they have
+    scope = f" {SCOPES.get(names, f'of {names.description}')}" if names is not None else ""
     units = " or ".join(every_unit(meaning)).replace("^2", "²")
     return f"{kind}{scope}{', ' if units else ''}{units}"
 

@@ -73,13 +73,11 @@ def add_contact(loads: Loads, item: Contact, quantities: Quantities) -> None:
         return
     forces = contact_forces(quantities, item)
     motion, normal = forces.motion, forces.normal
-    pressed, friction = scaled(normal["force"], motion.gradient), quantities.algebra.zero_vector
-    moment = quantities.algebra.zero_vector
+    pressed, zero = scaled(normal["force"], motion.gradient), quantities.algebra.zero
+    friction = moment = quantities.algebra.zero_vector
     if item.tangential is not None:
-        axes = dict(zip("xyz", (*motion.tangents, motion.normal), strict=True))
-        for axis in "xy":
-            friction = plus(friction, scaled(forces.tangential[f"force_{axis}"], axes[axis]))
-        for axis, direction in axes.items():
+        for axis, direction in zip("xyz", (*motion.tangents, motion.normal), strict=True):
+            friction = plus(friction, scaled(forces.tangential.get(f"force_{axis}", zero), direction))
             moment = plus(moment, scaled(forces.tangential[f"moment_{axis}"], direction))
     loads.potential = loads.potential + normal["energy"]
     lossy = minus(pressed, scaled(normal["elastic"], motion.gradient))
@@ -117,10 +115,5 @@ LAW = Law(
     },
 )
 TYRES = Law(
-    Tyre,
-    add_contact,
-    {
-        "load": _offer("normal", "load"),
-        "deflection": lambda quantities, item: -contact_forces(quantities, item).motion.gap,
-    },
+    Tyre, add_contact, {"load": _offer("normal", "load"), "deflection": _offer("motion.along_normal", "overlap")}
 )

@@ -122,18 +122,20 @@ class PairMotion:
     def rate(self) -> Scalar:
         """Rate of the gap, m/s, by motion of the bodies, and by heights that change."""
         rate, item = dot(self.gradient, self.approach), self._item
-        if item.surface is None or not item.moving_surface:
+        if not item.moving_surface:
             return rate
-        x, y, _ = self._place(self.pair.second.origin if item.shape == FOLLOWER else self.point)
-        height, number = (item.surface, 3) if item.surface_rate is None else (item.surface_rate, 0)
+        touched = minus(self.point, scaled(self.gap, self.normal))
+        x, y, _ = self._place(self.pair.second.origin if item.shape == FOLLOWER else touched)
+        height, number = (item.surface or ZERO, 3) if item.surface_rate is None else (item.surface_rate, 0)
         moved = surface_at(self._quantities, height, x, y)[number]
         return rate - moved * dot(self.gradient, self.pair.first.axis(2))
 
     @cached_property
     def along_normal(self) -> dict[str, Scalar]:
-        """Scalars of the local names of normal laws."""
-        deflection = self.algebra.call(Op.MAX, -self.gap, self.algebra.zero)
-        return {"gap": self.gap, "rate": self.rate, "deflection": deflection}
+        """Scalars of the local names of normal laws, and ``overlap``, m, which is negative in the air."""
+        overlap = -self.gap
+        deflection = self.algebra.call(Op.MAX, overlap, self.algebra.zero)
+        return {"gap": self.gap, "overlap": overlap, "rate": self.rate, "deflection": deflection}
 
     @cached_property
     def local(self) -> dict[str, Scalar]:

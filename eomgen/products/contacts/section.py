@@ -41,8 +41,7 @@ if TYPE_CHECKING:
     class NormalEntry(Table):
         type: str
 
-    class TangentialEntry(Table):
-        type: str
+    TangentialEntry = NormalEntry
 else:
     NormalEntry = table_of("NormalEntry", "A law of the normal force.", normal_laws.LAWS)
     TangentialEntry = table_of("TangentialEntry", "A law of the tangential force.", friction_laws.LAWS, **KEYS)
@@ -66,24 +65,15 @@ class ContactEntry(Table):
 
     first: FrameEntry = key("frame of the surface: the plane of its x and y, z out of the ground", kind="frame")
     second: FrameEntry = key("frame in the centre of the shape", kind="frame")
-    shape: str = key(
-        "`point`, `sphere`, `disc`, `torus` or `ellipsoid`, as of [rolling](constraints.md), or `follower`"
-    )
+    shape: str = key("`point`, `sphere`, `disc`, `torus`, `ellipsoid`, as of [rolling](constraints.md), or `follower`")
     radius: Value | None = of_parameters("radius of a sphere or a disc, or of the centre line of a torus", unit="m")
     tube_radius: Value | None = of_parameters("tube radius of a torus", unit="m")
     semi_axes: Triple | None = of_parameters("semi-axes of an ellipsoid along x, y, z of `second`", unit="m")
     surface: Value | None = optional(
-        "height of the surface over the plane",
-        unit="m",
-        names=HEIGHT,
-        kind="value of x, y, t, inputs and parameters",
-        shown_default="the plane",
+        "height of the surface over the plane", unit="m", names=HEIGHT, shown_default="the plane"
     )
     surface_rate: Value | None = optional(
-        "its rate from time and inputs; needed if an input moves it",
-        unit="m/s",
-        names=HEIGHT,
-        kind="value of x, y, t, inputs and parameters",
+        "its rate from time and inputs; needed if an input moves it", unit="m/s", names=HEIGHT
     )
     housing: Literal["sphere", "cylinder"] | None = optional(
         "a hollow about the origin, or about the z axis of `first`, in place of the plane, for a sphere or a point"
@@ -208,8 +198,6 @@ class _Contacts(ElementSection):
         return replace(item, normal=AppliedLaw("linear", defaults_of(normal_laws.LAWS["linear"]) | given))
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
-        if not reading.names_in("contacts"):  # schemas that are kept have all sections
-            return {}
         made = self.made_names(reading.document.section("contacts"))
         return {**super().names(reading), "states": tuple(made)}
 

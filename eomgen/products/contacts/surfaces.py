@@ -7,26 +7,31 @@ from typing import Any
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.substitution import map_symbols
-from eomgen.scene.formula.scope import BETWEEN_FRAMES, Scope
+from eomgen.scene.formula.scope import SURFACE, Scope
 from eomgen.scene.joints.constraint_reading import read_surface
 from eomgen.scene.reading.values import Values
 
 #: A wheel that touches the surface straight below its centre, however rough the surface is.
 FOLLOWER = "follower"
 _MOVING = ("time", "input")
-_NO_LAWS = (
-    "external",
-    "damping of the tyre needs the rate of the road, whose slopes need second derivatives, and laws of files do"
-    " not have these",
-    "a map of the heights in [maps], or the force of the tyre by the law in [forces]",
-)
 #: Of heights of surfaces of contacts.
-HEIGHT = Scope("x and y, time, parameters, inputs and curves", BETWEEN_FRAMES.kinds | {"input"}, (_NO_LAWS,))
+HEIGHT = Scope(
+    "x and y, time, parameters, inputs and curves",
+    SURFACE.kinds | {"input"},
+    tuple(reason for reason in SURFACE.reasons if reason[0] != "input"),
+)
 #: Of heights of roads of [tyres].
 ROAD = Scope(
     "time, parameters, inputs, curves and the position of the wheel's centre",
     (HEIGHT.kinds | {"position"}) - {"frame"},
-    (_NO_LAWS,),
+    (
+        (
+            "external",
+            "damping of the tyre needs the rate of the road, whose slopes need second derivatives, and laws of files do"
+            " not have these",
+            "a map of the heights in [maps], or the force of the tyre by the law in [forces]",
+        ),
+    ),
 )
 
 

@@ -24,11 +24,6 @@ from eomgen.scene.reading.requirements import above_zero, not_below_zero
 from eomgen.scene.rotations import frame_about, rows
 from eomgen.system.description import BASE, WORLD, Point, Wheel
 
-#: Axis of a wheel that drives along x.
-_ACROSS = np.array([0.0, 1.0, 0.0])
-
-_OF_ROAD = "value of scope *road*"
-
 
 class SlipEntry(Table):
     """Forces of a tyre in the plane of the road."""
@@ -47,14 +42,9 @@ class TyreEntry(Table):
     stiffness: Value = key("vertical stiffness", unit="N/m", names=PARAMETERS)
     damping: Value = key("vertical damping", 0.0, unit="N s/m", names=PARAMETERS)
     onset: Value = key("deflection over which the tyre reaches its full stiffness", 1e-3, unit="m", names=PARAMETERS)
-    road: Value = key(
-        "height of the road under the centre, in the world", 0.0, unit="m", names=ROAD, kind=f"{_OF_ROAD}, m"
-    )
+    road: Value = key("height of the road under the centre, in the world", 0.0, unit="m", names=ROAD)
     road_rate: Value | None = optional(
-        "its rate from time and inputs; needed with `damping` if the road has an input",
-        unit="m/s",
-        names=ROAD,
-        kind=f"{_OF_ROAD}, m/s",
+        "its rate from time and inputs; needed with `damping` if the road has an input", unit="m/s", names=ROAD
     )
     slip: SlipEntry | None = optional("forces in the plane of the road")
 
@@ -107,7 +97,7 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
     return Tyre(
         name,
         Frame(WORLD),
-        Frame(center.body, center.position, rows(frame_about(_ACROSS if axis is None else axis))),
+        Frame(center.body, center.position, rows(frame_about(np.array([0.0, 1.0, 0.0]) if axis is None else axis))),
         FOLLOWER,
         AppliedLaw("linear", normal),
         tangential,

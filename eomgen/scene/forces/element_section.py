@@ -46,10 +46,11 @@ class ElementSection(Section):
         -------
         mapping
             Only the field ``offered`` of ``SceneNames``: by kind of quantity, the key of the section, the kind in
-            scopes and the names of all elements, refused ones included.
+            scopes and the names of all elements, refused ones included; empty without elements.
         """
         names = reading.names_in(self.key)
-        return {"offered": {kind: ElementQuantity(self.key, scope, names) for kind, scope in self.offers.items()}}
+        # schemas that are kept have all sections, with or without entries
+        return {"offered": {kind: ElementQuantity(self.key, of, names) for kind, of in self.offers.items() if names}}
 
     def read_entry(self, name: str, entry: Any, reading: Reading) -> ForceElement:
         """Return the force element of an entry, with its places on bodies.
