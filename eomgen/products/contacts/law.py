@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property
 
+from eomgen.mechanics.forces.frame_pairs import frame_pair
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Offer, Quantities
 from eomgen.products.contacts import friction_laws, normal_laws
@@ -23,7 +24,7 @@ class ContactForces:
 
     def __init__(self, quantities: Quantities, item: Contact) -> None:
         self._quantities, self._item = quantities, item
-        self.motion = PairMotion(quantities, item)
+        self.motion = PairMotion(quantities, item, frame_pair(quantities, item.first, item.second))
         self.local, self.place = self.motion.local, self.motion.place
 
     def _record(self, law: ContactLaw, applied: AppliedLaw, known: Mapping[str, Scalar]) -> dict[str, Scalar]:

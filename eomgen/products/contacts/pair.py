@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cached_property
 
 from eomgen.mechanics.forces.contact_pairs import BodyContact, body_contact
-from eomgen.mechanics.forces.frame_pairs import FramePair, frame_pair
+from eomgen.mechanics.forces.frame_pairs import FramePair
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.products.contacts.section import Contact
 from eomgen.symbolic.operations import Op
@@ -31,9 +31,9 @@ class PairMotion:
     gap : distance of body and surface, m; negative if they overlap
     """
 
-    def __init__(self, quantities: Quantities, item: Contact) -> None:
+    def __init__(self, quantities: Quantities, item: Contact, pair: FramePair) -> None:
         self.algebra: Algebra = quantities.algebra
-        self.pair: FramePair = frame_pair(quantities, item.first, item.second)
+        self.pair = pair
         contact = self._in_housing(quantities, item) if item.housing else body_contact(quantities, item, self.pair)
         self.point, self.gap = contact.point, contact.height
         self.normal, self.tangents = contact.normal, contact.tangents
