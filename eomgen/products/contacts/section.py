@@ -20,7 +20,7 @@ from eomgen.products.contacts.laws import (
     state_name,
     table_of,
 )
-from eomgen.products.contacts.slip_laws import KEYS, SlipLaw, read_coefficients
+from eomgen.products.contacts.slip_laws import KEYS, POSITIVE, SlipLaw, read_coefficients
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import BETWEEN_FRAMES
@@ -227,7 +227,9 @@ SECTION = _Contacts(
     reader=read_contact,
     bounds={
         **dict.fromkeys(("radius", "tube_radius", "semi_axes"), _LENGTH),
-        **dict.fromkeys(("first.position", "second.position", "clearance", "tangential.coefficients")),
+        **dict.fromkeys(("first.position", "second.position", "tangential.coefficients")),
+        "clearance": above_zero("the clearance of a housing [E2441]"),
+        **{f"tangential.coefficients.{name}": above_zero(f"the coefficient {name} [E2442]") for name in POSITIVE},
         **bounds_of(normal_laws.LAWS, "normal"),
         **bounds_of(friction_laws.LAWS, "tangential"),
     },

@@ -26,6 +26,20 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 _MOST_NAMES = 12
 #: Coefficients of the normal force.
 _OF_NORMAL_LAW = ("VERTICAL_STIFFNESS", "VERTICAL_DAMPING")
+#: Coefficients of scenes that are above 0.
+POSITIVE = (
+    *("FRICTION", "STIFFNESS", "STIFFNESS_X", "STIFFNESS_Y", "STIFFNESS_Z", "RADIUS", "LOAD", "RELAXATION", "LMUX"),
+    *(
+        "LMUY",
+        "FNOMIN",
+        "NOMPRES",
+        "UNLOADED_RADIUS",
+        "VERTICAL_STIFFNESS",
+        "LONGITUDINAL_STIFFNESS",
+        "RELAXATION_LEAST",
+    ),
+    *("LATERAL_STIFFNESS", "SLIP_MOST"),
+)
 _RESULTS = {
     **{name: name for name in ("force_x", "force_y", "moment_z", "slip_x", "slip_y")},
     **{f"moment_{axis}": f"road_moment_{axis}" for axis in "xy"},
