@@ -81,7 +81,7 @@ def test_states_have_names_of_their_own() -> None:
 
 
 #: Keys of a contact with a good value, a value that is refused, and the cause and remedy.
-BOUNDS = {
+BOUNDS: dict[str, tuple[Any, Any, str]] = {
     "radius": (0.4, -0.1, "the size of a shape is -0.1; try: a number above 0"),
     "clearance": (1e-3, 0.0, "the clearance of a housing is 0; try: a number above 0"),
     "tube_radius": (0.05, 0.0, "the size of a shape is 0"),
@@ -115,7 +115,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "bristles": {"friction": 0.5},
     "brush": {"coefficients": {"STIFFNESS": 15.0, "FRICTION": 0.9}},
 }
-SHAPE_OF = {
+SHAPE_OF: dict[str, dict[str, Any]] = {
     "tube_radius": {"shape": "torus", "second": {"body": "ball", "axis": [0, 1, 0]}},
     "semi_axes": {"shape": "ellipsoid", "second": {"body": "ball", "axis": [0, 1, 0], "x_axis": [1, 0, 0]}},
     "clearance": {"housing": "sphere"},

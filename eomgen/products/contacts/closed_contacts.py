@@ -31,6 +31,7 @@ from eomgen.products.contacts import friction_laws, normal_laws
 from eomgen.products.contacts.laws import LOCAL_NAMES, rate_name
 from eomgen.products.contacts.pair import PairMotion
 from eomgen.products.contacts.section import Contact
+from eomgen.products.contacts.slip_laws import OF_FILE
 from eomgen.results.finding import Finding
 from eomgen.simulation.stepping.run import Run
 from eomgen.symbolic.calculus.partials import gradient
@@ -124,7 +125,10 @@ class _Pair:
         known = {name: Scalar(tape, tape.input("local", k)) for k, name in enumerate(self._inputs)}
         known |= {"deflection": algebra.call(Op.MAX, -known["gap"], zero), "camber": zero}
         results = dict.fromkeys(_FORCES, zero)
-        for law, applied in ((normal_laws.LAWS[item.normal.name], item.normal), (friction, item.tangential)):
+        for law, applied in (
+            (normal_laws.LAWS.get(item.normal.name, OF_FILE), item.normal),
+            (friction, item.tangential),
+        ):
             if law is not None and applied is not None:
                 keys = {name: self._key(numbers, known, value) for name, value in applied.values.items()}
                 results |= law.record(algebra, {**known, **keys})

@@ -11,12 +11,13 @@ from eomgen.mechanics.forces.symbols import Offer, Quantities
 from eomgen.products.contacts import friction_laws, normal_laws
 from eomgen.products.contacts.laws import LOCAL_NAMES, AppliedLaw, ContactLaw, state_name
 from eomgen.products.contacts.pair import PairMotion
-from eomgen.products.contacts.section import STATES, Contact
+from eomgen.products.contacts.section import OF_LAWS, STATES, Contact
+from eomgen.products.contacts.slip_laws import OF_FILE
 from eomgen.symbolic.scalar import Scalar, apply, cross, dot, minus, plus, scaled, transpose
 from eomgen.system.description import WORLD
 
 #: Results of tangential laws, each 0 in a law without it.
-_RESULTS = ("force_x", "force_y", "moment_x", "moment_y", "moment_z", "slip_x", "slip_y")
+_RESULTS = ("force_x", "force_y", *OF_LAWS)
 
 
 class ContactForces:
@@ -35,7 +36,8 @@ class ContactForces:
     def normal(self) -> dict[str, Scalar]:
         """Results of the normal law; a part without a potential is left out of an ``elastic`` contact."""
         item, zero = self._item, self._quantities.algebra.zero
-        results = self._record(normal_laws.LAWS[item.normal.name], item.normal, self.motion.local)
+        law = normal_laws.LAWS.get(item.normal.name, OF_FILE)
+        results = self._record(law, item.normal, {**self.motion.local, **self._states})
         results = {"elastic": zero, "energy": zero, **results}
         return {**results, "force": results["elastic"]} if item.elastic else results
 
@@ -46,12 +48,14 @@ class ContactForces:
         absent = dict.fromkeys((*_RESULTS, *STATES), quantities.algebra.zero)
         if applied is None:
             return absent
-        law = friction_laws.LAWS[applied.name]
-        numbers = {state: quantities.state_numbers[state_name(self._item.name, state)] for state in law.states}
-        states = {state: quantities.input("z", number) for state, number in numbers.items()}
-        return (
-            absent | states | self._record(law, applied, {**self.motion.local, "load": self.normal["force"], **states})
-        )
+        known = {**self.motion.local, **self._states, "load": self.normal["force"]}
+        return absent | self._states | self._record(friction_laws.LAWS[applied.name], applied, known)
+
+    @cached_property
+    def _states(self) -> dict[str, Scalar]:
+        applied, numbers = self._item.tangential, self._quantities.state_numbers
+        states = () if applied is None else friction_laws.LAWS[applied.name].states
+        return {state: self._quantities.input("z", numbers[state_name(self._item.name, state)]) for state in states}
 
 
 def contact_forces(quantities: Quantities, item: Contact) -> ContactForces:
@@ -75,7 +79,7 @@ def add_contact(loads: Loads, item: Contact, quantities: Quantities) -> None:
     for axis in "xy":
         force = plus(force, scaled(friction[f"force_{axis}"], axes[axis]))
     for axis, direction in axes.items():
-        moment = plus(moment, scaled(friction[f"moment_{axis}"], direction))
+        moment = plus(moment, scaled(friction.get(f"road_moment_{axis}", friction[f"moment_{axis}"]), direction))
     elastic = scaled(normal["elastic"], motion.normal)
     loads.potential = loads.potential + normal["energy"]
     loads.power = loads.power + dot(minus(force, elastic), motion.slip) + dot(moment, motion.turning)
@@ -105,6 +109,6 @@ LAW = Law(
         "normal_force": _offer("normal", "force"),
         **{f"contact_{axis}": _offer("place", axis) for axis in "xyz"},
         **{f"friction_force_{axis}": _offer("tangential", f"force_{axis}") for axis in "xy"},
-        **{name: _offer("tangential", name) for name in ("slip_x", "slip_y", *STATES)},
+        **{name: _offer("tangential", name) for name in (*OF_LAWS, *STATES)},
     },
 )
