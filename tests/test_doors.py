@@ -97,7 +97,9 @@ TABLE_OF_DOORS: dict[str, str] = {
     "products.waves": (
         "base cli codegen errors formula integrators.compositions mechanics scene symbolic system toolchain"
     ),
-    "products.contacts": "base errors formula mechanics scene symbolic system",
+    "products.contacts": (
+        "base compiled errors formula integrators lie mechanics results scene simulation symbolic system"
+    ),
     "products.fmu": "base cli codegen errors formula pipeline scene system toolchain",
     "products.fields": "base cli codegen errors formula integrators lie pipeline scene symbolic system toolchain",
     "products.studies": (
@@ -439,6 +441,7 @@ LATE: dict[str, dict[str, str]] = {
         "simulation.judgement": "likewise",
     },
     "products.doubts.doubtful_elements": {"products.doubts.places": "most scenes have no tyres"},
+    "products.contacts.step_check": {"products.contacts": "most runs have no contacts"},
     "products.doubts.remarks": {"products.doubts": "few runs have events, or states of few values"},
     "simulation.judgement.finished_run": {
         "compiled.rest.state_warnings": "a run is judged when its solution is asked for it",

@@ -365,8 +365,7 @@ class Simulator(NamedAttributes):
         grid = TimeGrid(time, time, self.step_size, 0, 0.0)
         begun = replace(self._run, parameters=p, grid=grid)
         start, notes, _ = start_of(begun, {**now, **(state or {})}, equilibrium_start=False, changed=True)
-        signals = begun.signals if begun.takes_rows else None
-        doubts = [*angles_of_several_turns(self.model, state), *doubts_of_start(self.model, time, start.q, p, signals)]
+        doubts = [*angles_of_several_turns(self.model, state), *doubts_of_start(begun, start)]
         before = self._stepper.parameters.copy()
         self._stepper.parameters[: len(p)] = p
         try:

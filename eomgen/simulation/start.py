@@ -115,6 +115,6 @@ def start(
     simulator = Simulator(run, library, moves)
     notes = [*corrections, *doubts, *([choice] if choice else []), *angles_of_several_turns(model, initial)]
     if not request.at_rest:
-        notes += doubts_of_start(model, t, state.q, run.parameters, run.signals if run.takes_rows else None)
+        notes += doubts_of_start(run, state)
     simulator.begin(t, state, notes)
     return simulator

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations
 from typing import Any
 
@@ -128,6 +129,27 @@ def test_slip_stiffness_is_the_slope_at_zero_slip() -> None:
     found = law.values(["force_x", "force_y", "stiffness_x", "stiffness_y"], numbers, **known)
     assert found["force_x"][0] / 1e-6 == pytest.approx(float(found["stiffness_x"]), rel=1e-6)
     assert found["force_y"][1] / 1e-6 == pytest.approx(float(found["stiffness_y"]), rel=1e-6)
+
+
+@pytest.mark.parametrize("version", MORE)
+def test_scaling_factors_have_their_places_in_the_book(version: str) -> None:
+    """At slips of which each factor scales one quantity: 4.E7 and 4.E13 to 4.E30, 4.E69, 4.E76, A48."""
+    law, numbers = tangential_law("magic_formula", version), numbers_of(version)
+    names = ("friction_x", "friction_y", "stiffness_x", "stiffness_y", "moment_x", "moment_y", "arm", "c_x", "c_y")
+
+    def ratio(**factors: float) -> dict[str, float]:
+        both = [law.values(names, {**numbers, **more}, **ROLLING) for more in (factors, {})]
+        return {name: float(both[0][name] / both[1][name]) for name in names}
+
+    speed = math.hypot(0.02, 0.05) * 16.0
+    slower = 1.0 / (1.0 + 0.3 * speed / numbers["LONGVL"])
+    fading = ratio(LMUV=0.3)
+    assert [fading["friction_x"], fading["friction_y"]] == pytest.approx([slower, slower], rel=1e-9)
+    for factor, scaled in {
+        "LMUX": "friction_x", "LMUY": "friction_y", "LKX": "stiffness_x", "LKY": "stiffness_y", "LMY": "moment_y",
+        "LMX": "moment_x", "LS": "arm", "LCX": "c_x", "LCY": "c_y",
+    }.items():  # fmt: skip  # a table
+        assert ratio(**{factor: 0.9 * numbers.get(factor, 1.0)})[scaled] == pytest.approx(0.9, rel=1e-9), factor
 
 
 def test_a_coefficient_replaces_the_default_of_its_name() -> None:

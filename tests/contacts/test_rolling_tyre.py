@@ -10,6 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import DescriptionError
+from eomgen.formula.evaluate import evaluate as evaluate_formula_of
 from eomgen.mechanics.derive import derive
 from eomgen.products.contacts.tangential_laws import tangential_law
 from eomgen.products.contacts.tyre_files import read_tyre_file
@@ -21,9 +22,11 @@ from tests.contacts.test_tangential_laws import LINEAR as LINEAR_SLIP
 from tests.oracles.evaluation import Array, tape_evaluator
 
 SEEN = (
-    *("normal_force", "friction_force_x", "friction_force_y", "slip_x", "slip_y", "camber", "wheel_speed"),
-    *("velocity_x", "lagged_slip_x_rate", "lagged_slip_y_rate", "slip_velocity_y"),
+    *("gap", "normal_force", "friction_force_x", "friction_force_y", "slip_x", "slip_y", "camber", "wheel_speed"),
+    *("velocity_x", "lagged_slip_x_rate", "lagged_slip_y_rate", "slip_velocity_y", "gap_rate"),
+    *("moment_x", "moment_y", "moment_z"),
 )
+MIRRORED = ("friction_force_y", "slip_y", "camber", "lagged_slip_y_rate", "slip_velocity_y", "moment_x", "moment_z")
 TYRE = f'type = "magic_formula", file = "{OWN.as_posix()}"'
 WHEEL = """format = 1
 name = "wheel"
@@ -48,10 +51,22 @@ seen = {{ formula = [{seen}] }}
 SPRING = 'normal = { type = "linear", stiffness = "200 kN/m" }'
 
 
+def wheel_text(law: str, normal: str = "", speed: float = 65.0, sideways: float = 0.1) -> str:
+    seen = ", ".join(f'"{name}.road"' for name in SEEN)
+    return WHEEL.format(speed=speed, sideways=sideways, law=law, normal=normal, seen=seen)
+
+
 def wheel(law: str, speed: float = 65.0, sideways: float = 0.1, normal: str = "") -> Scene:
     """Return the scene of a heavy wheel, whose motion forces do not change."""
-    motion = {"speed": speed, "sideways": sideways}
-    return scene_of(WHEEL.format(**motion, law=law, normal=normal, seen=", ".join(f'"{name}.road"' for name in SEEN)))
+    return scene_of(wheel_text(law, normal, speed, sideways))
+
+
+def file_of(version: str, folder: Path) -> Path:
+    """Return the path of the own tyre as a file of another version."""
+    fitted = OWN.read_text(encoding="utf-8").replace("= 61 ", f"= {version.replace('.', '').replace('52', '6')} ", 1)
+    more = "".join(f"{key} = {value}\n" for key, value in MORE[version].items() if f"\n{key} " not in fitted)
+    (folder / "car.tir").write_text(f"{fitted}[MORE]\n{more}", encoding="utf-8")
+    return folder / "car.tir"
 
 
 def coefficients_of(numbers: dict[str, float]) -> str:
@@ -59,13 +74,14 @@ def coefficients_of(numbers: dict[str, float]) -> str:
     return f"coefficients = {{ {', '.join(f'{name} = {value!r}' for name, value in numbers.items())} }}"
 
 
-def seen_at(scene: Scene, slips: Array) -> dict[str, Array]:
-    """Return the quantities of the contact with the given lagged slips (n, 2), at speeds and cambers that vary."""
+def seen_at(scene: Scene, slips: Array, mirror: float = 1.0) -> dict[str, Array]:
+    """Return the quantities of the contact with the given lagged slips (n, 2), at speeds and cambers that vary; with
+    ``mirror`` -1 of the mirrored motion."""
     count = len(slips)
-    lean = np.linspace(-0.1, 0.1, count)
+    lean = mirror * np.linspace(-0.1, 0.1, count)
     zero = np.zeros(count)
     q = np.stack([np.cos(lean / 2), np.sin(lean / 2), zero, zero, zero, zero, 0.29 * np.cos(lean)], axis=1)
-    v = np.stack([zero, np.linspace(50.0, 80.0, count), zero, zero + 20.0, zero + 0.4, zero], axis=1)
+    v = np.stack([zero, np.linspace(50.0, 80.0, count), zero, zero + 20.0, zero + mirror * 0.4, zero], axis=1)
     state = {"q": q, "v": v, "t": zero[:, np.newaxis], "z": slips, "p": np.full((count, 1), 0.9)}
     found = tape_evaluator(derive(scene, ["outputs"]))("outputs", state)["y"]
     return dict(zip(SEEN, found.T, strict=True))
@@ -78,20 +94,15 @@ def seen_at(scene: Scene, slips: Array) -> dict[str, Array]:
 def test_forces_of_a_steady_slip_are_the_values_of_the_table(name: str, version: str, tmp_path: Path) -> None:
     tables = {"tmeasy": VAN, "brush": BRUSH, "linear": LINEAR_SLIP}
     if version:
-        fitted = OWN.read_text(encoding="utf-8").replace(
-            "= 61 ", f"= {version.replace('.', '').replace('52', '6')} ", 1
-        )
-        more = "".join(f"{key} = {value}\n" for key, value in MORE[version].items() if f"\n{key} " not in fitted)
-        (tmp_path / "car.tir").write_text(f"{fitted}[MORE]\n{more}", encoding="utf-8")
-        file = read_tyre_file(tmp_path / "car.tir")
+        path = file_of(version, tmp_path)
+        file = read_tyre_file(path)
         assert file.version == version
         numbers = {**file.numbers, "LMUX": 0.9}
-        path = (tmp_path / "car.tir").as_posix()
-        text = f'type = "{name}", file = "{path}", coefficients = {{ LMUX = "grip" }}'
+        text = f'type = "{name}", file = "{path.as_posix()}", coefficients = {{ LMUX = "grip" }}'
     else:
         numbers = tables[name]
         text = f'type = "{name}", {coefficients_of(numbers)}'
-    scene, law = wheel(text, normal="" if version else SPRING), tangential_law(name, version)
+    scene, law = wheel(text, normal=SPRING), tangential_law(name, version)
     first = seen_at(scene, np.zeros((7, 2)))
     known = {"load": first["normal_force"], "camber": first["camber"], "wheel_speed": first["wheel_speed"]}
     known |= {"velocity_x": first["velocity_x"]}
@@ -118,7 +129,8 @@ def test_the_response_to_a_step_of_slip_has_the_relaxation_length(axis: str) -> 
     load = 2e5 * 0.02
     length = float(law.values([f"relaxation_{axis}"], numbers, load=load, camber=0.0)[f"relaxation_{axis}"])
     rolling = law.values(["effective_radius"], numbers, load=load, wheel_speed=65.8)
-    scene = wheel(TYRE, *((65.5, 0.0) if axis == "x" else (20.0 / float(rolling["effective_radius"]), 0.1)))
+    motion = (65.5, 0.0) if axis == "x" else (20.0 / float(rolling["effective_radius"]), 0.1)
+    scene = wheel(TYRE, *motion, normal=SPRING)
     run = eomgen.build(scene).simulate(length, length / 1000.0, method="rk4")
     seen = dict(zip(SEEN, run["seen"].T, strict=True))
     np.testing.assert_allclose(seen["normal_force"], load, rtol=1e-3)
@@ -183,11 +195,99 @@ def test_wrong_tyres_are_told(law: str, normal: str, message: str) -> None:
     assert message in str(caught.value)
 
 
-def test_the_file_gives_the_normal_force_and_a_note_on_keys_without_use() -> None:
+@pytest.mark.parametrize("version", MORE)
+def test_the_file_gives_the_normal_force(version: str, tmp_path: Path) -> None:
+    """A3 at the deflection, with the tangential forces of the wheel itself; exactly so without their influence."""
+    path = file_of(version, tmp_path)
+    numbers, law = read_tyre_file(path).numbers, tangential_law("magic_formula", version)
+    slips = np.stack([np.linspace(-0.3, 0.2, 7), np.linspace(0.05, -0.1, 7)], axis=1)
+    loads = {}
+    for influence, tolerance in ((1.0, 0.01 if version == "6.2" else 2e-3), (0.0, 1e-12)):
+        weak = {name: influence * numbers[name] for name in ("Q_FCX", "Q_FCY")}
+        scene = wheel(f'type = "magic_formula", file = "{path.as_posix()}", {coefficients_of(weak)}')
+        seen = seen_at(scene, slips)
+        known = {name: seen[name] for name in ("camber", "wheel_speed", "velocity_x")}
+        known |= {f"force_held_{axis}": seen[f"friction_force_{axis}"] for axis in "xy"}
+        deflection = -seen["gap"]
+        force = law.values(["vertical_force"], {**numbers, **weak}, **known, deflection=deflection)["vertical_force"]
+        damping = numbers["VERTICAL_DAMPING"] * seen["gap_rate"]
+        np.testing.assert_allclose(seen["normal_force"], force - damping, rtol=tolerance)
+        loads[influence] = seen["normal_force"]
+    assert np.abs(loads[1.0] / loads[0.0] - 1.0).max() > 0.02
+
+
+def test_a_rim_meets_the_road_and_the_elastic_force_has_a_potential(tmp_path: Path) -> None:
+    (tmp_path / "car.tir").write_text(
+        OWN.read_text(encoding="utf-8").replace("RIM_RADIUS", "BOTTOM_STIFF = 2\nBOTTOM_OFFST = 5\nRIM_RADIUS"),
+        encoding="utf-8",
+    )
+    path, weak = (tmp_path / "car.tir").as_posix(), coefficients_of({"Q_FCX": 0.0, "Q_FCY": 0.0})
+    text = wheel_text(f'type = "magic_formula", file = "{path}", {weak}')
+    scene = scene_of(text.replace("gap.road", "energy.potential"))
+    heights = 0.31 - np.array([-0.01, 0.0, 5e-5, 1e-4, 0.02, 0.1, 0.115, 0.11505, 0.1151, 0.15])
+    evaluate = tape_evaluator(derive(scene, ["outputs", "energy"]))
+
+    def at(heights: Array) -> dict[str, Array]:
+        zero = np.zeros((len(heights), 1))
+        q = np.column_stack([np.ones(len(heights)), np.zeros((len(heights), 5)), heights])
+        state = {"q": q, "v": np.zeros((len(heights), 6)), "t": zero, "z": np.zeros((len(heights), 2)), "p": zero}
+        return dict(zip(("potential", *SEEN[1:]), evaluate("outputs", state)["y"].T, strict=True))
+
+    force, step = at(heights)["normal_force"], 1e-7
+    slope = (at(heights - step)["potential"] - at(heights + step)["potential"]) / (2.0 * step)
+    np.testing.assert_allclose(force, slope, rtol=1e-6, atol=1e-5)
+    assert force[0] == 0.0 and (force[-1] - 2e6 * 0.035) == pytest.approx(force[5] * 1.5, rel=0.15)
+
+
+def test_the_radius_of_the_shape_is_that_of_the_file() -> None:
+    for shape, radius in (("disc", 0.31), ('torus"\ntube_radius = "10 cm', 0.21)):
+        text = wheel_text(TYRE).replace("radius = 0.31\n", "").replace('"disc"', f'"{shape}"')
+        (element,) = scene_of(text).elements
+        assert evaluate_formula_of(element.radius, lambda _: 0.0) == pytest.approx(radius)  # type: ignore[attr-defined]
+    with pytest.raises(DescriptionError, match="the shape disc needs the key radius"):
+        scene_of(wheel_text(f'type = "brush", {coefficients_of(BRUSH)}', SPRING).replace("radius = 0.31\n", ""))
+
+
+def test_a_tyre_of_the_other_side_is_a_mirrored_tyre() -> None:
+    """Forces and moments of the right tyre in mirrored motion; the file is of a left tyre."""
+    slips = np.stack([np.linspace(-0.1, 0.1, 7), np.linspace(0.05, -0.1, 7)], axis=1)
+    left, right = (wheel(f'{TYRE}, side = "{side}"') for side in ("left", "right"))
+    here, there = seen_at(left, slips), seen_at(right, slips * [1.0, -1.0], mirror=-1.0)
+    for name in SEEN:
+        sign = -1.0 if name in MIRRORED else 1.0
+        np.testing.assert_allclose(there[name], sign * here[name], rtol=1e-10, atol=1e-9, err_msg=name)
+    plain = seen_at(wheel(TYRE), slips)
+    np.testing.assert_array_equal(plain["friction_force_y"], here["friction_force_y"])
+    assert np.abs(plain["friction_force_y"] - seen_at(right, slips)["friction_force_y"]).min() > 0.1
+
+
+def test_moments_of_the_tyre_are_quantities() -> None:
+    slips = np.stack([np.linspace(-0.1, 0.1, 7), np.linspace(0.05, -0.1, 7)], axis=1)
+    for more, option in (("", ""), (", tangents = true", "tangents")):
+        seen, law = seen_at(wheel(TYRE + more), slips), tangential_law("magic_formula", "6.1", option)
+        known = {name: seen[name] for name in ("camber", "wheel_speed", "velocity_x", "slip_x", "slip_y")}
+        known |= {"load": seen["normal_force"]}
+        results = {
+            "moment_x": "moment_x",
+            "moment_y": "moment_y",
+            "moment_z": "moment_z",
+            "friction_force_x": "force_x",
+        }
+        found = law.values([*results.values()], own_tyre().numbers, **known)
+        for name, result in results.items():
+            assert np.abs(found[result]).min() > 0.1
+            np.testing.assert_allclose(seen[name], found[result], rtol=1e-10)
+
+
+def test_a_note_lists_keys_without_use(tmp_path: Path) -> None:
+    """Among them the mode, if it asks for less than combined slip."""
     scene = wheel(TYRE)
-    assert [note for note in scene.notes if "keys that the law does not use: ASPECT_RATIO, PDXP1, PKYP1" in note]
-    assert float(seen_at(scene, np.zeros((1, 2)))["normal_force"][0]) == pytest.approx(4000.0, rel=5e-3)
+    assert [note for note in scene.notes if "keys that the law does not use: ASPECT_RATIO, PDXP1, PKYP1, Q_RA1" in note]
+    assert float(seen_at(scene, np.zeros((1, 2)))["normal_force"][0]) == pytest.approx(4000.0, rel=0.3)
     assert len(scene.states) == 2 and scene.states[0].name == "road_lagged_slip_x"
+    (tmp_path / "car.tir").write_text(OWN.read_text(encoding="utf-8").replace("= 124", "= 123"), encoding="utf-8")
+    other = wheel(f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"')
+    assert [note for note in other.notes if "USE_MODE" in note]
 
 
 def test_a_file_is_found_from_the_folder_of_an_included_scene(tmp_path: Path) -> None:

@@ -94,10 +94,10 @@ def test_missing_and_unfit_coefficients(tyre: Callable[[str, str], TyreFile], ol
 
 
 def test_missing_coefficients_matter_to_results_that_need_them(tyre: Callable[[str, str], TyreFile]) -> None:
-    file = tyre("LATERAL_STIFFNESS ", "$")
-    file.law(FORCES)
-    with pytest.raises(DescriptionError, match="does not have LATERAL_STIFFNESS"):
-        file.law(["relaxation_y"])
+    file = tyre("PCX1 ", "$")
+    file.law(["stiffness_x", "force_y", "relaxation_x"])
+    with pytest.raises(DescriptionError, match="does not have PCX1"):
+        file.law(["force_x"])
 
 
 def test_turn_slip_without_coefficients_is_not_refused(tyre: Callable[[str, str], TyreFile]) -> None:

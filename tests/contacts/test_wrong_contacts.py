@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+import tomllib
+from typing import Any
+
 import pytest
 
 import eomgen
 from eomgen.errors import DescriptionError, UsageError
+from eomgen.scene.load import from_data
 from tests.contacts.pairs import contact, scene_of
 
 TEXT = """format = 1
@@ -73,6 +78,89 @@ def test_names_of_own_formulas(more: str, force: str, message: str) -> None:
 def test_states_have_names_of_their_own() -> None:
     with pytest.raises(DescriptionError, match="the contact makes the state floor_bristle_x, and there is a parameter"):
         scene_of(TEXT.format(more="parameters.floor_bristle_x = 1.0", entry=GOOD))
+
+
+#: Keys of a contact with a good value, a value that is refused, and the cause and remedy.
+BOUNDS: dict[str, tuple[Any, Any, str]] = {
+    "radius": (0.4, -0.1, "the size of a shape is -0.1; try: a number above 0"),
+    "clearance": (1e-3, 0.0, "the clearance of a housing is 0; try: a number above 0"),
+    "tube_radius": (0.05, 0.0, "the size of a shape is 0"),
+    "semi_axes": ([0.1, 0.2, 0.3], [0.1, "n", 0.3], "the size of a shape is -1"),
+    "normal.linear.stiffness": (1e4, -1.0, "the stiffness of a contact is -1; try: a number above 0"),
+    "normal.linear.damping": (10.0, -1.0, "the damping of a contact is -1; try: 0 or more"),
+    "normal.linear.onset": (1e-4, 0.0, "the onset of a contact is 0; try: a number above 0"),
+    "normal.hunt_crossley.exponent": (1.5, 0.9, "the exponent of a contact is 0.9; try: 1 to 3"),
+    "normal.hunt_crossley.damping": (0.1, -0.1, "the damping of a contact is -0.1; try: 0 or more"),
+    "normal.lankarani_nikravesh.restitution": (0.5, 1.1, "the coefficient of restitution is 1.1; try: 0 to 1"),
+    "normal.lankarani_nikravesh.impact_velocity": (1.0, 0.0, "the speed of an impact is 0; try: a number above 0"),
+    "normal.hertz.modulus": (1e9, -1.0, "the elastic modulus is -1; try: a number above 0"),
+    "normal.hertz.curvature_radius": (0.1, 0.0, "a radius of curvature is 0; try: a number above 0"),
+    "tangential.coulomb.friction": (0.5, -0.5, "the friction of a contact is -0.5; try: 0 or more"),
+    "tangential.coulomb.velocity": (0.1, 0.0, "the regularisation velocity is 0; try: a number above 0"),
+    "tangential.viscous.damping": (0.1, -1.0, "the damping of a contact is -1; try: 0 or more"),
+    "tangential.bristles.friction": (0.5, -1.0, "the friction of a contact is -1; try: 0 or more"),
+    "tangential.bristles.bristle_length": (1e-4, 0.0, "the deflection of bristles is 0; try: a number above 0"),
+    "tangential.bristles.damping": (1.0, -1.0, "the damping of a contact is -1; try: 0 or more"),
+    "tangential.bristles.release": (1e-3, 0.0, "the time of release is 0; try: a number above 0"),
+    "tangential.brush.coefficients.STIFFNESS": (15.0, -1.0, "the coefficient STIFFNESS is -1; try: a number above 0"),
+    "tangential.brush.coefficients.FRICTION": (0.9, 0.0, "the coefficient FRICTION is 0; try: a number above 0"),
+}
+NEEDED: dict[str, dict[str, Any]] = {
+    "linear": {"stiffness": 1e4},
+    "hunt_crossley": {"stiffness": 1e4},
+    "lankarani_nikravesh": {"stiffness": 1e4, "restitution": 0.5, "impact_velocity": 1.0},
+    "hertz": {"modulus": 1e9, "curvature_radius": 0.1},
+    "coulomb": {"friction": 0.5},
+    "viscous": {},
+    "bristles": {"friction": 0.5},
+    "brush": {"coefficients": {"STIFFNESS": 15.0, "FRICTION": 0.9}},
+}
+SHAPE_OF: dict[str, dict[str, Any]] = {
+    "tube_radius": {"shape": "torus", "second": {"body": "ball", "axis": [0, 1, 0]}},
+    "semi_axes": {"shape": "ellipsoid", "second": {"body": "ball", "axis": [0, 1, 0], "x_axis": [1, 0, 0]}},
+    "clearance": {"housing": "sphere"},
+}  # fmt: skip  # a table
+
+
+def data_with(path: str, value: Any) -> dict[str, Any]:
+    """Return a ball on a floor with a value at a path: the key, or table, law and key."""
+    data = tomllib.loads(TEXT.format(more="", entry=GOOD))
+    floor = data["contacts"]["floor"]
+    table, *names = path.split(".")
+    if not names:
+        if table == "semi_axes":
+            floor.pop("radius")
+        return {**data, "contacts": {"floor": {**floor, **SHAPE_OF.get(table, {}), table: value}}}
+    law, *keys = names
+    place = floor[table] = {"type": law, **copy.deepcopy(NEEDED[law])}
+    for key in keys[:-1]:
+        place = place[key]
+    place[keys[-1]] = value
+    return data
+
+
+@pytest.mark.parametrize("path", BOUNDS)
+def test_values_out_of_bounds_are_refused(path: str) -> None:
+    good, wrong, message = BOUNDS[path]
+    place = ".".join(["contacts.floor", *(part for k, part in enumerate(path.split(".")) if k != 1)])
+    assert from_data(data_with(path, good)).elements
+    data = data_with(path, wrong)
+    data["parameters"]["n"] = -1.0
+    with pytest.raises(DescriptionError) as caught:
+        from_data(data)
+    assert f"({place}" in str(caught.value) and message in str(caught.value)
+
+
+@pytest.mark.parametrize("path", BOUNDS)
+def test_requirements_of_tunable_keys_are_kept(path: str) -> None:
+    """The rule, which every call applies."""
+    good, wrong, message = BOUNDS[path]
+    data = data_with(path, [0.1, "n", 0.3] if path == "semi_axes" else "n")
+    data["parameters"]["n"] = {"value": 0.2 if path == "semi_axes" else good, "tunable": True}
+    (requirement,) = [item for item in from_data(data).requirements if "floor" in item.where]
+    number = -1.0 if path == "semi_axes" else wrong
+    assert requirement.rule is not None and bool(requirement.rule.broken([number]))
+    assert requirement.rule.fault([number])[0].split(" [")[0] in message
 
 
 @pytest.mark.slow

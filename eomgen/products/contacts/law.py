@@ -6,18 +6,20 @@ from collections.abc import Mapping
 from functools import cached_property
 from operator import attrgetter
 
+from eomgen.mechanics.forces.frame_pairs import frame_pair
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Offer, Quantities
 from eomgen.products.contacts import friction_laws, normal_laws
 from eomgen.products.contacts.laws import LOCAL_NAMES, NORMAL_NAMES, AppliedLaw, ContactLaw, state_name
 from eomgen.products.contacts.pair import PairMotion
-from eomgen.products.contacts.section import STATES, Contact
+from eomgen.products.contacts.section import OF_LAWS, STATES, Contact
+from eomgen.products.contacts.slip_laws import OF_FILE
 from eomgen.products.contacts.tyres import Tyre
 from eomgen.symbolic.scalar import Scalar, apply, cross, dot, minus, plus, scaled, transpose
 from eomgen.system.description import WORLD
 
 #: Results of tangential laws, each 0 in a law without it.
-_RESULTS = ("force_x", "force_y", "moment_x", "moment_y", "moment_z", "slip_x", "slip_y")
+_RESULTS = ("force_x", "force_y", *OF_LAWS)
 
 
 class ContactForces:
@@ -25,7 +27,7 @@ class ContactForces:
 
     def __init__(self, quantities: Quantities, item: Contact) -> None:
         self._quantities, self._item = quantities, item
-        self.motion = PairMotion(quantities, item)
+        self.motion = PairMotion(quantities, item, frame_pair(quantities, item.first, item.second))
 
     def _record(
         self, law: ContactLaw, applied: AppliedLaw, names: str, more: Mapping[str, Scalar]
@@ -37,7 +39,10 @@ class ContactForces:
     def normal(self) -> dict[str, Scalar]:
         """Results of the normal law; a part without a potential is left out of an ``elastic`` contact."""
         item, zero = self._item, self._quantities.algebra.zero
-        results = self._record(normal_laws.LAWS[item.normal.name], item.normal, "along_normal", {})
+        if item.normal.name == OF_FILE.name:
+            results = self._record(OF_FILE, item.normal, "local", self._states)
+        else:
+            results = self._record(normal_laws.LAWS[item.normal.name], item.normal, "along_normal", {})
         lossless = {} if item.moving_surface else results  # a moving surface does work: its force has no potential
         results |= {name: lossless.get(name, zero) for name in ("elastic", "energy")}
         results |= {"force": results["elastic"]} if item.elastic else {}
@@ -50,11 +55,14 @@ class ContactForces:
         absent = dict.fromkeys((*_RESULTS, *STATES), quantities.algebra.zero)
         if applied is None:
             return absent
-        law = friction_laws.LAWS[applied.name]
-        numbers = {state: quantities.state_numbers[state_name(self._item.name, state)] for state in law.states}
-        states = {state: quantities.input("z", number) for state, number in numbers.items()}
-        more = {"load": self.normal["load"], **states}
-        return absent | states | self._record(law, applied, "local", more)
+        more = {"load": self.normal["load"], **self._states}
+        return absent | self._states | self._record(friction_laws.LAWS[applied.name], applied, "local", more)
+
+    @cached_property
+    def _states(self) -> dict[str, Scalar]:
+        applied, numbers = self._item.tangential, self._quantities.state_numbers
+        states = () if applied is None else friction_laws.LAWS[applied.name].states
+        return {state: self._quantities.input("z", numbers[state_name(self._item.name, state)]) for state in states}
 
 
 def contact_forces(quantities: Quantities, item: Contact) -> ContactForces:
@@ -76,9 +84,11 @@ def add_contact(loads: Loads, item: Contact, quantities: Quantities) -> None:
     pressed, zero = scaled(normal["force"], motion.gradient), quantities.algebra.zero
     friction = moment = quantities.algebra.zero_vector
     if item.tangential is not None:
+        results = forces.tangential
         for axis, direction in zip("xyz", (*motion.tangents, motion.normal), strict=True):
-            friction = plus(friction, scaled(forces.tangential.get(f"force_{axis}", zero), direction))
-            moment = plus(moment, scaled(forces.tangential[f"moment_{axis}"], direction))
+            about = results.get(f"road_moment_{axis}", results[f"moment_{axis}"])
+            friction = plus(friction, scaled(results.get(f"force_{axis}", zero), direction))
+            moment = plus(moment, scaled(about, direction))
     loads.potential = loads.potential + normal["energy"]
     lossy = minus(pressed, scaled(normal["elastic"], motion.gradient))
     loads.power = loads.power + dot(lossy, motion.approach) + dot(friction, motion.slip) + dot(moment, motion.turning)
@@ -111,7 +121,7 @@ LAW = Law(
         "normal_force": _offer("normal", "load"),
         **{f"contact_{axis}": _offer("motion.place", axis) for axis in "xyz"},
         **{f"friction_force_{axis}": _offer("tangential", f"force_{axis}") for axis in "xy"},
-        **{name: _offer("tangential", name) for name in ("slip_x", "slip_y", *STATES)},
+        **{name: _offer("tangential", name) for name in (*OF_LAWS, *STATES)},
     },
 )
 TYRES = Law(

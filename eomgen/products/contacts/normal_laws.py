@@ -17,7 +17,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 _STIFFNESS = above_zero("the stiffness of a contact [E2403]")
 _EXPONENT = LawKey(
     "exponent of the deflection",
-    bound=above_zero("the exponent of a contact [E2404]"),
+    bound=(Outside(1.0, 100.0), "the exponent of a contact is {0} [E2404]", "1 to 3"),
     default=1.5,
 )
 _POWER = {

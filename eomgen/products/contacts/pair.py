@@ -12,7 +12,7 @@ from functools import cached_property
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import ZERO
 from eomgen.mechanics.forces.contact_pairs import ROUND, body_contact, surface_at
-from eomgen.mechanics.forces.frame_pairs import FramePair, frame_pair
+from eomgen.mechanics.forces.frame_pairs import FramePair
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.products.contacts.section import WHEELS, Contact
 from eomgen.products.contacts.surfaces import FOLLOWER
@@ -37,9 +37,9 @@ class PairMotion:
     round : whether the centre of the shape is on the normal through the contact point
     """
 
-    def __init__(self, quantities: Quantities, item: Contact) -> None:
+    def __init__(self, quantities: Quantities, item: Contact, pair: FramePair) -> None:
         self.algebra: Algebra = quantities.algebra
-        self.pair: FramePair = frame_pair(quantities, item.first, item.second)
+        self.pair = pair
         self._quantities, self._item = quantities, item
         self.round = item.shape in (*ROUND, FOLLOWER)
         self.axis, self.steepness = self.pair.second.axis(2), self.algebra.one

@@ -15,13 +15,12 @@ from eomgen.products.contacts.laws import (
     LOCAL_NAMES,
     AppliedLaw,
     bounds_of,
-    defaults_of,
     rate_name,
     read_law,
     state_name,
     table_of,
 )
-from eomgen.products.contacts.slip_laws import KEYS, SlipLaw, read_coefficients
+from eomgen.products.contacts.slip_laws import KEYS, OF_FILE, POSITIVE, SlipLaw, read_coefficients
 from eomgen.products.contacts.surfaces import FOLLOWER, HEIGHT, surface_fields
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
@@ -41,7 +40,8 @@ if TYPE_CHECKING:
     class NormalEntry(Table):
         type: str
 
-    TangentialEntry = NormalEntry
+    class TangentialEntry(NormalEntry):
+        file: str | None
 else:
     NormalEntry = table_of("NormalEntry", "A law of the normal force.", normal_laws.LAWS)
     TangentialEntry = table_of("TangentialEntry", "A law of the tangential force.", friction_laws.LAWS, **KEYS)
@@ -154,7 +154,10 @@ def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
     key, values, report = key_of("contacts", name), site.values, site.values.report
     need: Need = "nothing"
     if check_reference(f"{key}.shape", entry.shape, SHAPES, "shape", report):
-        values.check_kind(key, entry, "shape", {shape: keys for shape, (keys, _) in SHAPES.items()})
+        of_file = ("radius",) if entry.tangential is not None and entry.tangential.file else ()
+        words = {shape: [word.split("=", 1) for word in keys.split()] for shape, (keys, _) in SHAPES.items()}
+        kinds = {shape: " ".join(w[0] if w[0] in of_file else "=".join(w) for w in of) for shape, of in words.items()}
+        values.check_kind(key, entry, "shape", kinds)
         need = SHAPES[entry.shape][1]
     if entry.housing is not None:
         if need != "nothing" or entry.surface is not None:
@@ -186,16 +189,15 @@ class _Contacts(ElementSection):
         if table is not None and isinstance(row := friction_laws.LAWS[table.type], SlipLaw):
             coefficients = read_coefficients(f"{key}.tangential", row, table, reading.folder, reading.values)
             item = replace(item, tangential=AppliedLaw(row.name, coefficients))
+            if entry.radius is None and "UNLOADED_RADIUS" in coefficients:
+                item = replace(item, radius=coefficients["UNLOADED_RADIUS"] - item.tube_radius)
         if entry.normal is not None:
             return item
         known = {} if item.tangential is None else item.tangential.values
-        if "VERTICAL_STIFFNESS" not in known:
+        if "FITTYP" not in known:
             hint = 'normal = { type = "linear", stiffness = "200 kN/m" }'
             reading.report.add(key, "no law of the normal force, and no tyre's file with a stiffness [E2438]", hint)
-            return item
-        springs = {"stiffness": "VERTICAL_STIFFNESS", "damping": "VERTICAL_DAMPING"}
-        given = {name: known[of] for name, of in springs.items() if of in known}
-        return replace(item, normal=AppliedLaw("linear", defaults_of(normal_laws.LAWS["linear"]) | given))
+        return replace(item, normal=AppliedLaw(OF_FILE.name, known))
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         made = self.made_names(reading.document.section("contacts"))
@@ -231,6 +233,8 @@ class _Contacts(ElementSection):
         return {**super().fields(reading), "states": states}
 
 
+#: Results of tangential laws that scenes offer under the same name.
+OF_LAWS = ("moment_x", "moment_y", "moment_z", "slip_x", "slip_y")
 #: Internal states and their rates, as quantities of scenes.
 STATES = tuple(
     name for law in friction_laws.LAWS.values() for state in law.states for name in (state, rate_name(state))
@@ -243,13 +247,15 @@ SECTION = _Contacts(
     reader=read_contact,
     bounds={
         **dict.fromkeys(("radius", "tube_radius", "semi_axes"), _LENGTH),
-        **dict.fromkeys(("first.position", "second.position", "clearance", "tangential.coefficients")),
+        **dict.fromkeys(("first.position", "second.position", "tangential.coefficients")),
+        "clearance": above_zero("the clearance of a housing [E2441]"),
+        **{f"tangential.coefficients.{name}": above_zero(f"the coefficient {name} [E2442]") for name in POSITIVE},
         **bounds_of(normal_laws.LAWS, "normal"),
         **bounds_of(friction_laws.LAWS, "tangential"),
     },
     offers={
         **dict.fromkeys((*LOCAL_NAMES.values(), "contact_x", "contact_y", "contact_z", *STATES), "element"),
-        **dict.fromkeys(("normal_force", "friction_force_x", "friction_force_y", "slip_x", "slip_y"), "tension"),
+        **dict.fromkeys(("normal_force", "friction_force_x", "friction_force_y", *OF_LAWS), "tension"),
     },
     positional=("first", "second"),
     documentation="""

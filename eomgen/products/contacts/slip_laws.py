@@ -3,9 +3,9 @@ tyre's file and from the table ``coefficients`` in a scene."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -20,18 +20,44 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import optional
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.values import Values
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 
 #: Keys without use that a note names at most.
 _MOST_NAMES = 12
-#: Coefficients of the normal force.
-_OF_NORMAL_LAW = ("VERTICAL_STIFFNESS", "VERTICAL_DAMPING")
+#: Numbers that choose formulas: the version, the side (-1: mirrored), the book's slips.
+_CHOICES = ("FITTYP", "SIDE", "TANGENTS")
+#: Quantities and results that change their sign in a mirror.
+_MIRRORED = (
+    *("lagged_slip_y", "slip_velocity_y", "camber", "force_y", "moment_x", "moment_z", "road_moment_x", "slip_y"),
+    *("rate_y", "part_y"),
+)
+#: Coefficients of scenes that are above 0.
+POSITIVE = (
+    *("FRICTION", "STIFFNESS", "STIFFNESS_X", "STIFFNESS_Y", "STIFFNESS_Z", "RADIUS", "LOAD", "RELAXATION", "LMUX"),
+    *(
+        "LMUY",
+        "FNOMIN",
+        "NOMPRES",
+        "UNLOADED_RADIUS",
+        "VERTICAL_STIFFNESS",
+        "LONGITUDINAL_STIFFNESS",
+        "RELAXATION_LEAST",
+    ),
+    *("LATERAL_STIFFNESS", "SLIP_MOST"),
+)
 _RESULTS = {
-    **{name: name for name in ("force_x", "force_y", "moment_z", "slip_x", "slip_y")},
-    **{f"moment_{axis}": f"road_moment_{axis}" for axis in "xy"},
+    name: name
+    for name in (
+        *("force_x", "force_y", "moment_x", "moment_y", "moment_z"),
+        *("slip_x", "slip_y", "road_moment_x"),
+        "road_moment_y",
+    )
 }
 _STATES = {f"lagged_slip_{axis}": f"rate_{axis}" for axis in "xy"}
 _NAMES = (*_RESULTS.values(), *_STATES.values())
+#: Results of the normal force of a file.
+_NORMAL = ("normal_force", "elastic", "energy")
 
 
 #: Keys of laws of slip whose values are a path and a table.
@@ -41,6 +67,14 @@ KEYS: Mapping[str, tuple[Any, Any]] = {
         optional(
             "`magic_formula`: path of a tyre's file (`.tir`), from the folder of the scene file", path=True, kind="text"
         ),
+    ),
+    "side": (
+        Literal["left", "right"] | None,
+        optional("`magic_formula`: side of the vehicle; mirrored if it is not the side of the file (`TYRESIDE`)"),
+    ),
+    "tangents": (
+        bool | None,
+        optional("`magic_formula`: the book's tangent of the slip angle and sine of the camber", shown_default="false"),
     ),
     "coefficients": (
         Annotated[dict[str, Value], Field(max_length=500)] | None,
@@ -57,23 +91,50 @@ KEYS: Mapping[str, tuple[Any, Any]] = {
 class SlipLaw(ContactLaw):
     """A law whose formulas are a table, and whose values are all coefficients."""
 
-    def table(self, version: str) -> TangentialLaw:
+    def table(self, version: str, option: str = "") -> TangentialLaw:
         """Return the formulas of a version, from the motion of a pair on."""
-        return tangential_law(self.name, version, "motion" if self.states else "")
+        return tangential_law(self.name, version, f"motion {option}".strip() if self.states else "")
+
+    def values(self, algebra: Algebra, results: Sequence[str], known: Mapping[str, Scalar]) -> dict[str, Scalar]:
+        """Return results by name, of the side and by the options that the coefficients choose."""
+        fitted, side, tangents = (known[name].constant or 0.0 if name in known else 0.0 for name in _CHOICES)
+        law = self.table(version_of(fitted), "tangents" if tangents else "")
+        given = {name: scalar for name, scalar in known.items() if name in law.quantities or name.isupper()}
+
+        def mirror(scalars: Mapping[str, Scalar]) -> dict[str, Scalar]:
+            flipped = _MIRRORED if side < 0.0 else ()
+            return {name: -scalar if name in flipped else scalar for name, scalar in scalars.items()}
+
+        return mirror(law.record(algebra, results, mirror(given)))
 
     def record(self, algebra: Algebra, known: Mapping[str, Scalar]) -> dict[str, Scalar]:
-        law = self.table(version_of(known["FITTYP"].constant or 0.0) if "FITTYP" in known else "")
-        given = {name: scalar for name, scalar in known.items() if name in law.quantities or name.isupper()}
         texts = {**self.results, **{rate_name(state): text for state, text in self.states.items()}}
-        recorded = law.record(algebra, [*texts.values()], given)
+        recorded = self.values(algebra, [*texts.values()], known)
         return {name: recorded[text] for name, text in texts.items()}
+
+
+class NormalLaw(ContactLaw):
+    """The normal force of a tyre's file. It depends on tangential forces, whose parts by the load are of the load
+    without them."""
+
+    def record(self, algebra: Algebra, known: Mapping[str, Scalar]) -> dict[str, Scalar]:
+        law, parts = BY_NAME["magic_formula"], dict.fromkeys(("part_x", "part_y"), algebra.zero)
+        if any(known[name].constant != 0.0 for name in ("Q_FCX", "Q_FCY") if name in known):
+            (load,) = law.values(algebra, ["carried"], {**known, **parts}).values()
+            load = algebra.call(Op.MAX, load, algebra.scalar(1e-3))
+            forces = law.values(algebra, ["force_x", "force_y"], {**known, "load": load})
+            parts = {f"part_{axis}": forces[f"force_{axis}"] / load for axis in "xy"}
+        force, elastic, energy = law.values(algebra, _NORMAL, {**known, **parts}).values()
+        return {"force": force, "elastic": elastic, "energy": energy}
 
 
 def read_coefficients(key: str, row: SlipLaw, entry: Any, folder: Path, values: Values) -> dict[str, Formula]:
     """Return the coefficients of the law at ``key``, numbers from the file or formulas from the scene; faults are
     reported, and keys of the file without use are noted."""
     report, numbers, version = values.report, dict[str, Formula](), ""
+    option, results = ("tangents" if entry.tangents else ""), _NAMES
     if entry.file is not None:
+        results = (*_NAMES, *_NORMAL)
         try:
             file = read_tyre_file(folder / entry.file)
             version = file.version
@@ -81,26 +142,32 @@ def read_coefficients(key: str, row: SlipLaw, entry: Any, folder: Path, values: 
         except EomgenError as error:
             report.add_error(f"{key}.file", error)
             return {}
+        other = entry.side is not None and entry.side != file.side
         numbers = {name: Number(value) for name, value in file.numbers.items()}
-        if unused := [name for name in file.unused_keys(_NAMES, "motion") if name not in _OF_NORMAL_LAW]:
+        numbers |= {
+            "FITTYP": Number(file.numbers.get("FITTYP", 6.0)),
+            "SIDE": Number(-1.0 if other else 1.0),
+            "TANGENTS": Number(float(bool(entry.tangents))),
+        }
+        if unused := file.unused_keys(results, f"motion {option}".strip()):
             more = f" and {len(unused) - _MOST_NAMES} others" if len(unused) > _MOST_NAMES else ""
             fault = f"{file.name} has keys that the law does not use: {', '.join(unused[:_MOST_NAMES])}{more} [W0310]"
             values.note([f"{key}.file: {fault}"])
-    law = row.table(version)
+    law = row.table(version, option)
     given = {
         name: values.formula(f"{key}.coefficients.{name}", value, PARAMETERS)
         for name, value in (entry.coefficients or {}).items()
     }
     for name in given:
-        if name not in law.coefficients(_NAMES, {name: 0.0}):
+        if name not in law.coefficients(results, {name: 0.0}):
             fault = f"{shown(name)} is not a coefficient of {row.name} [E2439]"
             report.add(f"{key}.coefficients.{name}", fault, "a name from the formulas of the law")
     known = {**numbers, **given}
-    used = law.coefficients(_NAMES, known)
+    used = law.coefficients(results, known)
     if missing := [name for name in used if name not in known]:
         hint = f"coefficients = {{ {missing[0]} = ... }}"
         report.add(key, f"coefficients are missing: {listed(missing)} [E2440]", hint)
-    return {name: known[name] for name in (*used, "FITTYP", *_OF_NORMAL_LAW) if name in known}
+    return {name: known[name] for name in (*used, *_CHOICES) if name in known}
 
 
 _OF_TWO = "coefficients={STIFFNESS_X=20,STIFFNESS_Y=15,FRICTION=1}"
@@ -111,6 +178,9 @@ ROWS = tuple(
         ("steady_slip", {name: name for name in ("force_x", "force_y")}, {}, _OF_TWO),
         ("brush", _RESULTS, _STATES, "coefficients={STIFFNESS=15,FRICTION=1}"),
         ("tmeasy", _RESULTS, _STATES, "coefficients={LOAD=3000,DFX1=...}"),
-        ("magic_formula", _RESULTS, _STATES, 'file="car.tir" coefficients'),
+        ("magic_formula", _RESULTS, _STATES, 'file="car.tir" coefficients side tangents'),
     )
 )
+BY_NAME: Mapping[str, SlipLaw] = {row.name: row for row in ROWS}
+#: In place of a row of normal laws, with the coefficients of the file as values.
+OF_FILE = NormalLaw("tyre_file", {}, {})

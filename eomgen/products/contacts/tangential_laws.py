@@ -102,10 +102,12 @@ def tangential_law(name: str, version: str = "", option: str = "") -> Tangential
     ----------
     name : ``linear``, ``brush``, ``tmeasy`` or ``magic_formula``
     version, option : tables of the law whose formulas replace formulas with the same names; of ``magic_formula``
-        ``5.2``, ``6.1`` or ``6.2``, and ``tangents``; option ``motion`` of all laws: slips from the motion of a pair
+        ``5.2``, ``6.1`` or ``6.2``, and ``tangents``; option ``motion`` of all laws, alone or before another one: slips
+        from the motion of a pair
     """
-    table, motion = _tables()[name], _tables()["motion"] if option == "motion" else {}
-    chosen = (("versions", version), ("options", "" if motion else option))
+    words = option.split()
+    table, motion = _tables()[name], _tables()["motion"] if "motion" in words else {}
+    chosen = (("versions", version), *(("options", word) for word in words if word != "motion"))
     replaced = [table[kind][key] for kind, key in chosen if key]
     texts = {key: text for part in (motion, table, *replaced) for key, text in part.items() if key not in _KEYS}
     numbers = {name: text for key, text in (("zeros", "0"), ("ones", "1")) for name in table.get(key, "").split()}

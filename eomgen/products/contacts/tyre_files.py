@@ -67,6 +67,11 @@ class TyreFile:
             raise self.fault("FITTYP", fault, f"one of {', '.join(_data()['versions'])}")
         return version
 
+    @property
+    def side(self) -> str:
+        """Side of the vehicle for which the coefficients are: ``left`` or ``right``."""
+        return "right" if self.texts.get("TYRESIDE", "").lower() == "right" else "left"
+
     def law(self, results: Sequence[str], option: str = "") -> TangentialLaw:
         """Return the law of the file's version; its coefficients are ``numbers``.
 
@@ -97,9 +102,8 @@ class TyreFile:
         """Return the keys that have no influence on results, for a note; limits and the description of the model are
         left out."""
         used = tangential_law("magic_formula", self.version, option).coefficients(results, self.numbers)
-        return sorted(
-            name for name in self.numbers if name not in used and not _DESCRIPTIVE.fullmatch(self.sections[name])
-        )
+        unused = [n for n in self.numbers if n not in used and not _DESCRIPTIVE.fullmatch(self.sections[n])]
+        return sorted(unused + ["USE_MODE"] * (self.numbers.get("USE_MODE", 4.0) % 10.0 not in (4.0, 5.0)))
 
 
 def version_of(fitted: float) -> str:

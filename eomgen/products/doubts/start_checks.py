@@ -7,14 +7,11 @@ Impacts that a run starts past, or on, and their effect on the motion, in words.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.base.arrays import Array
 from eomgen.base.rounding import SUMMED
 from eomgen.compiled.initial_state import InitialState
-from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.rest.state_warnings import SceneMeasures
 from eomgen.lie import product
 from eomgen.products.doubts.places import depth_note, place, poses_of
@@ -25,25 +22,19 @@ from eomgen.simulation.judgement.starts import starts_beyond_limits
 from eomgen.simulation.stepping.run import Run
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, largest_cancellation, relative_error
 
-if TYPE_CHECKING:
-    from eomgen.simulation.stepping.inputs import InputSignals
 
-
-def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: InputSignals | None) -> list[str]:
+def deep_tyres(run: Run, state: InitialState) -> list[str]:
     """Return one sentence for each tyre that starts with more than a quarter of its radius in the road.
 
     Models without ``poses`` have none, nor have roads by curves and waves at places that only a step knows.
-
-    Parameters
-    ----------
-    t, q, p : s, (nq,), (np,)
-    signals : inputs of the run; None without inputs
     """
+    model, t, p = run.model, run.grid.start, run.parameters
     drawing, notes = model.description.drawing, []
     if "poses" not in model.functions or not drawing.wheels:
         return []
-    measures, poses = SceneMeasures(model, p, t, None), poses_of(model, t, q, p)
-    inputs = {} if signals is None else dict(zip(model.inputs, signals.rows(np.array([t]))[0].tolist(), strict=False))
+    measures, poses = SceneMeasures(model, p, t, None), poses_of(model, t, state.q, p)
+    rows = run.signals.rows(np.array([t]))[0].tolist() if run.takes_rows else []
+    inputs = dict(zip(model.inputs, rows, strict=False))
     points = {point.name: point for point in drawing.points}
     for wheel in drawing.wheels:
         point = points[wheel.center]
@@ -139,12 +130,9 @@ def _past_impacts(run: FinishedRun) -> Iterable[Finding]:
 
 
 def _deep_start(run: FinishedRun) -> Iterator[Finding]:
-    beginning, owner = _beginning_of(run), run.run
+    beginning = _beginning_of(run)
     if not beginning.equilibrium:
-        signals = owner.signals if owner.takes_rows else None
-        yield from map(
-            Finding.of, deep_tyres(owner.model, owner.grid.start, beginning.state.q, owner.parameters, signals)
-        )
+        yield from map(Finding.of, deep_tyres(run.run, beginning.state))
 
 
 ROWS = (

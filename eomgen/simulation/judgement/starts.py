@@ -3,36 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.base.arrays import Array
 from eomgen.base.products import objects_of
+from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
 from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
-
-if TYPE_CHECKING:
-    from eomgen.simulation.stepping.inputs import InputSignals
-
+from eomgen.simulation.stepping.run import Run
 
 #: Register of functions of a start, as ``doubts_of_start``.
 GROUP = "eomgen.starts"
 
 
-def doubts_of_start(model: CompiledModel, t: float, q: Array, p: Array, signals: InputSignals | None) -> list[str]:
-    """Return one sentence for each doubt of products about a start.
-
-    Parameters
-    ----------
-    t, q, p : s, (nq,), (np,)
-    signals : inputs of the run; None without inputs
-    """
-    return [sentence for doubts in objects_of(GROUP) for sentence in doubts(model, t, q, p, signals)]
+def doubts_of_start(run: Run, state: InitialState) -> list[str]:
+    """Return one sentence for each doubt of products about a run that starts at a state."""
+    return [sentence for doubts in objects_of(GROUP) for sentence in doubts(run, state)]
 
 
 def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:

@@ -1,0 +1,48 @@
+"""The check, before a run of fixed steps, that they resolve its contacts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from eomgen.base.limits import Limit
+from eomgen.compiled.initial_state import InitialState
+from eomgen.errors import EomgenError
+from eomgen.results.finding import Finding
+from eomgen.simulation.judgement.finished_run import Check, FinishedRun
+from eomgen.simulation.stepping.run import Run
+
+UNRESOLVED = Limit(1.0, "1", "step times angular frequency of an impact", "three steps to an impact")
+GROWTH = Limit(0.1, "1", "growth of explicit steps in one radian of a contact's motion", "a factor of 2 in a period")
+
+
+def contacts_of(run: Run) -> list[Any]:
+    """Return the contacts of a run of fixed steps."""
+    terms = ("poses", "twists", "mass", "constrained_dynamics" if run.model.multipliers else "forward_dynamics")
+    if run.method.chooses_steps or not all(term in run.model.functions for term in terms):
+        return []
+    return [item for item in run.model.description.parts["framed"] if item.section == "contacts"]
+
+
+def unresolved_contacts(run: Run, state: InitialState) -> list[Finding]:
+    """Return a finding on contacts that the steps of a run do not resolve; none for states without accelerations."""
+    if not (contacts := contacts_of(run)):
+        return []
+    from eomgen.products.contacts.closed_contacts import ClosedContacts  # noqa: PLC0415  # most runs have no contacts
+
+    try:
+        return [*ClosedContacts(run, state, contacts).findings(UNRESOLVED, GROWTH)]
+    except (EomgenError, KeyError, ValueError):  # the gap, or the inertia, has no value there
+        return []
+
+
+def sentences(run: Run, state: InitialState) -> list[str]:
+    """Return the finding of ``unresolved_contacts`` as a sentence for the notes of a start."""
+    return [*map(str, unresolved_contacts(run, state))]
+
+
+def _at_start(run: FinishedRun) -> list[Finding]:
+    assert run.beginning is not None  # the check needs it
+    return unresolved_contacts(run.run, run.beginning.state)
+
+
+ROWS = (Check("contact_step [W0311]", _at_start, ("begun",), noted="start", limits=(UNRESOLVED, GROWTH)),)

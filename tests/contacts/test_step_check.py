@@ -1,0 +1,108 @@
+"""Steps that do not resolve a contact are told before the run, and steps that do are not."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import pytest
+
+import eomgen
+from eomgen.pipeline.model import Model
+from tests.contacts.pairs import contact, scene_of
+
+FLOOR = '{ body = "base", axis = [0, 0, 1], x_axis = [1, 0, 0] }'
+RAIL = """format = 1
+name = "ball"
+gravity = [0, 0, -9.81]
+parameters.k = {{ value = 1e6, tunable = true }}
+bodies.ball = {{ mass = 1 }}
+[joints.ball]
+type = "prismatic"
+parent = "base"
+child = "ball"
+axis = [0, 0, 1]
+initial = {{ position = {0} }}
+"""
+LINEAR = 'type = "linear", stiffness = "k", damping = 50, onset = 1e-6'
+FREE = """format = 1
+name = "ball"
+gravity = [0, 0, -9.81]
+bodies.ball = {{ mass = 0.1, inertia = [4e-5, 4e-5, 4e-5] }}
+[joints.ball]
+type = "free"
+parent = "base"
+child = "ball"
+initial = {{ position = [0, 0, {0}], velocity = {1} }}
+"""
+SOFT = 'type = "hunt_crossley", stiffness = 1e5'
+BRISTLES = 'type = "bristles", friction = 0.5, damping = 0'
+
+
+def falls(laws: tuple[str, ...], height: float = 0.405, velocity: str = "[0, 2, 0, 0.5, 0, 0]") -> str:
+    return FREE.format(height, velocity) + contact("floor", FLOOR, 'body = "ball"', *laws)
+
+
+SCENES = {
+    "drop": RAIL.format(0.45) + contact("floor", FLOOR, 'body = "ball"', LINEAR),
+    "rest": RAIL.format(0.39999) + contact("floor", FLOOR, 'body = "ball"', LINEAR),
+    "rise": RAIL.format("0.45, velocity = 30") + contact("floor", FLOOR, 'body = "ball"', LINEAR),
+    "coulomb": falls((SOFT, 'type = "coulomb", friction = 0.5, velocity = 0.5')),
+    "bristles": falls((SOFT, BRISTLES)),
+    "sliding": falls((SOFT, BRISTLES), 0.39954, "[0, 0, 0, 3, 0, 0]"),
+    "on a roof": falls((SOFT, BRISTLES)).replace(FLOOR, '{ body = "base", position = [0, 0, 9], axis = [0, 0, -1] }'),
+}
+
+
+@cache
+def built(scene: str) -> Model:
+    return eomgen.build(scene_of(SCENES[scene]), profile="quick")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scene", "method", "step", "told"),
+    [
+        ("drop", "rk4", 5e-3, "steps of 0.005 s grow with the normal force of the contact floor, which has a rate of"),
+        ("drop", "rk4", 1e-3, ""),
+        (
+            "drop",
+            "trapezoidal",
+            2e-3,
+            "do not resolve the impact at the contact floor with 0.99 m/s, which lasts 0.0031",
+        ),
+        ("drop", "trapezoidal", 5e-4, ""),
+        ("rest", "rk4", 5e-3, "grow with the normal force"),
+        ("rest", "trapezoidal", 5e-3, ""),
+        ("rise", "rk4", 5e-3, ""),
+        ("coulomb", "rk4", 1e-3, "grow with the friction of the contact floor"),
+        ("coulomb", "rk4", 1e-4, ""),
+        ("coulomb", "generalized_alpha", 1e-3, ""),
+        ("bristles", "rk4", 1e-3, "grow with the friction of the contact floor"),
+        ("bristles", "rk4", 2e-5, ""),
+        ("sliding", "rk4", 2e-4, "grow with the friction of the contact floor, which has a rate of 3.06e+04 1/s"),
+        ("on a roof", "rk4", 1e-3, ""),
+    ],
+)
+def test_steps_are_told_at_the_start(scene: str, method: str, step: float, told: str) -> None:
+    run = built(scene).simulate(0.2, step, method=method, error_estimate=False)
+    found = [finding for finding in run.findings if finding.name == "contact_step"]
+    assert len(found) == bool(told) and all(told in finding.text for finding in found)
+    assert all(finding.text in run.message for finding in found)
+
+
+def test_the_step_of_the_hint_holds_and_the_note_of_a_start_is_the_same() -> None:
+    """Of a ball on a spring: R(h s) = 1 at 2.83 of the undamped frequency."""
+    model = built("rest")
+    (note,) = [str(note) for note in model.start(step=5e-3, method="rk4").notes]
+    assert "grow with the normal force" in note
+    bound = float(note.rsplit("a step below ", 1)[1].split(" s")[0])
+    assert bound == pytest.approx(2.83 / math.sqrt(1e6), rel=0.04)
+    assert not model.start(step=0.95 * bound, method="rk4").notes
+
+
+def test_parameters_of_the_run_count() -> None:
+    model = built("rest")
+    for stiffness, told in ((1e6, True), (1e5, False)):
+        run = model.simulate(0.01, 5e-3, method="rk4", parameters={"k": stiffness}, error_estimate=False)
+        assert any(finding.name == "contact_step" for finding in run.findings) is told
