@@ -111,7 +111,8 @@ def curves_of(
         columns |= {f"{wheel.name} {name}": row for name, row in rows.items()}
     if names[0] == "travel":
         rise = slopes(x, wheels[0].pose[:, 2] + wheels[0].arm[:, 2])
-        columns |= {f"{name} motion ratio": (-slopes(x, length) / rise, "") for name, length in lengths.items()}
+        ratios = {name: -slopes(x, length) / rise for name, length in lengths.items()}
+        columns |= {f"{name} motion ratio": (row, "") for name, row in ratios.items() if np.abs(row).max() > 0.01}
     if names[0] == "steering" and len(wheels) == 2 and car.other_axle:
         left, right = sorted(wheels, key=lambda wheel: -wheel.side)
         angles = [np.radians(columns[f"{wheel.name} steer"][0]) for wheel in (left, right)]
