@@ -13,19 +13,18 @@ from eomgen.base.data import dataclass
 
 @dataclass(frozen=True)
 class Car:
-    """The car of an axle: x of the other axle from this one (0: none), height of the centre of mass, m, and the parts of
-    the axle in braking and driving."""
+    """The car of an axle: x of the other axle from this one (0: none) and height of the centre of mass, m, and the part
+    of the axle in braking."""
 
     other_axle: float
     height: float
     brake_share: float
-    drive_share: float
 
 
 @dataclass(frozen=True)
 class Wheel:
-    """States of a wheel: name, side (1: left, -1: right), center and the axes x and y of the hub (rows, 9), vector from
-    the center to the contact (rows, 3), vertical force of the road (rows,)."""
+    """States of a wheel: name, side (1: left, -1: right), centre and the axes x and y of the hub (rows, 9), vector from
+    the centre to the contact (rows, 3), vertical force of the road (rows,)."""
 
     name: str
     side: float
@@ -91,8 +90,8 @@ def curves_of(
     columns: dict[str, tuple[Array, str]] = {}
     middle = len(x) // 2
     for wheel in wheels:
-        center, axis = wheel.pose[:, :3], wheel.pose[:, 6:]
-        contact = center + wheel.arm
+        centre, axis = wheel.pose[:, :3], wheel.pose[:, 6:]
+        contact = centre + wheel.arm
         moved = 1e3 * (contact - contact[middle])
         steer = np.degrees(-np.arctan2(axis[:, 0], axis[:, 1]))
         rows = {
@@ -101,7 +100,7 @@ def curves_of(
             "steer": (steer, "deg"),
             "contact x": (moved[:, 0], "mm"),
             "contact y": (wheel.side * moved[:, 1], "mm"),
-            "center x": (1e3 * (center - center[middle])[:, 0], "mm"),
+            "centre x": (1e3 * (centre - centre[middle])[:, 0], "mm"),
             "load": (wheel.load, "N"),
         }
         if names[0] in ("travel", "roll"):
@@ -120,14 +119,14 @@ def curves_of(
         cotangents = np.full(len(x), np.nan)
         turned = np.abs(angles[0]) > np.radians(1.0)
         cotangents[turned] = 1.0 / np.tan(angles[1][turned]) - 1.0 / np.tan(angles[0][turned])
-        track = left.pose[middle, 1] - right.pose[middle, 1]
+        track = (left.pose[middle, 1] + left.arm[middle, 1]) - (right.pose[middle, 1] + right.arm[middle, 1])
         columns["Ackermann"] = 100.0 * abs(car.other_axle) / track * cotangents, "%"
-    values, units = ({name: column[k] for name, column in columns.items()} for k in (0, 1))
-    return Curves(*names, x, values, units)
+    values = {name: column for name, (column, _) in columns.items()}
+    return Curves(*names, x, values, {name: unit for name, (_, unit) in columns.items()})
 
 
 def _motion(x: Array, wheel: Wheel) -> tuple[Array, Array]:
-    """Return velocity of the center and angular velocity of the hub along a range, (rows, 3) each, by unit of x."""
+    """Return velocity of the centre and angular velocity of the hub along a range, (rows, 3) each, by unit of x."""
     rates = np.einsum("rij,rkj->rik", slopes(x, wheel.axes), wheel.axes)
     return slopes(x, wheel.pose[:, :3]), np.stack([rates[:, 2, 1], rates[:, 0, 2], rates[:, 1, 0]], axis=1)
 
@@ -140,9 +139,9 @@ def _over_travel(x: Array, wheel: Wheel, car: Car) -> dict[str, tuple[Array, str
     locked = velocity + np.cross(turning, wheel.arm)  # of the point of a locked wheel at the contact
     rows = {
         "rate": (1e-3 * slopes(x, wheel.load) / rise, "N/mm"),
-        "roll center height": (1e3 * contact[:, 1] * along[:, 1] / rise, "mm"),
+        "roll centre height": (1e3 * contact[:, 1] * along[:, 1] / rise, "mm"),
     }
-    for kind, share, forward in (("braking", car.brake_share, locked), ("driving", car.drive_share, velocity)):
+    for kind, share, forward in (("braking", car.brake_share, locked), ("driving", 1.0, velocity)):
         rows[f"{kind} angle"] = np.degrees(np.arctan(forward[:, 0] / rise)), "deg"
         if car.other_axle:
             rows[f"{kind} support"] = -100.0 * forward[:, 0] / rise * share * car.other_axle / car.height, "%"
@@ -152,8 +151,8 @@ def _over_travel(x: Array, wheel: Wheel, car: Car) -> dict[str, tuple[Array, str
 def _over_steering(x: Array, wheel: Wheel) -> dict[str, tuple[Array, str]]:
     """Return angles of the steering axis, which is the instantaneous axis of the hub, and where it meets the road."""
     velocity, turning = _motion(x, wheel)
-    center, contact = wheel.pose[:, :3], wheel.pose[:, :3] + wheel.arm
-    foot = center + np.cross(turning, velocity) / np.sum(turning**2, axis=1, keepdims=True)
+    centre, contact = wheel.pose[:, :3], wheel.pose[:, :3] + wheel.arm
+    foot = centre + np.cross(turning, velocity) / np.sum(turning**2, axis=1, keepdims=True)
     foot += turning * ((contact - foot)[:, 2:] / turning[:, 2:])
     forward, left = (turning[:, k] / turning[:, 2] for k in (0, 1))
     return {

@@ -18,18 +18,18 @@ from eomgen.products.suspension.curves import Curves
 
 #: Panels: range, and the end of names of columns.
 _PANELS = (
-    *(("travel", name) for name in ("toe", "camber", "contact y", "roll center height", "load", "motion ratio")),
+    *(("travel", name) for name in ("toe", "camber", "contact y", "roll centre height", "load", "motion ratio")),
     *(("travel", name) for name in ("braking angle", "driving angle")),
     *(("roll", name) for name in ("steer", "camber")),
     *(("steering", name) for name in ("steer", "camber", "Ackermann")),
     *(("side force", name) for name in ("steer", "camber", "contact y")),
-    *(("braking force", name) for name in ("toe", "center x")),
-    *(("driving force", name) for name in ("toe", "center x")),
+    *(("braking force", name) for name in ("toe", "centre x")),
+    *(("driving force", name) for name in ("toe", "centre x")),
     ("aligning moment", "steer"),
 )
 #: Characteristics at the design position: range, end of names of columns, and whether slopes or values.
 _VALUES = {
-    "travel": "roll center height,rate,motion ratio,braking angle,braking support,driving angle,driving support",
+    "travel": "roll centre height,rate,motion ratio,braking angle,braking support,driving angle,driving support",
     "roll": "rate",
     "steering": "caster,kingpin inclination,scrub radius,trail",
 }
@@ -38,8 +38,8 @@ _SLOPES = {
     "roll": "steer,camber",
     "steering": "steer",
     "side force": "steer,camber,contact y",
-    "braking force": "toe,center x",
-    "driving force": "toe,center x",
+    "braking force": "toe,centre x",
+    "driving force": "toe,centre x",
     "aligning moment": "steer",
 }
 

@@ -1,4 +1,4 @@
-"""The study of an axle on a test rig: states of rest over travel, steering and loads, and the curves of them."""
+"""An axle on a test rig: states of rest over travel, steering and loads."""
 
 from __future__ import annotations
 
@@ -33,6 +33,7 @@ class Sweep:
     name, label, unit : of the curves and of their abscissa
     parameter : of each pad; empty: the travel of the steering joint
     factor : the quantity in SI units by its value in ``unit``
+    end : of the range, SI units
     opposite : whether it has the other sign on the right
     """
 
@@ -41,46 +42,43 @@ class Sweep:
     unit: str
     parameter: str
     factor: float
+    end: float
     opposite: bool = False
 
 
 SWEEPS = (
-    Sweep("travel", "travel", "mm", "travel", 1e-3),
-    Sweep("roll", "travel, left up and right down", "mm", "travel", 1e-3, opposite=True),
-    Sweep("steering", "travel of the steering joint", "mm", "", 1e-3),
-    Sweep("side force", "force to the left", "kN", "side", 1e3),
-    Sweep("braking force", "force backward", "kN", "brake", 1e3),
-    Sweep("driving force", "force forward", "kN", "drive", 1e3),
-    Sweep("aligning moment", "moment to the left", "N m", "align", 1.0),
+    Sweep("travel", "travel", "mm", "travel", 1e-3, 0.08),
+    Sweep("roll", "travel, left up and right down", "mm", "travel", 1e-3, 0.08, opposite=True),
+    Sweep("steering", "travel of the steering joint", "mm", "", 1e-3, 0.06),
+    Sweep("side force", "force to the left", "kN", "side", 1e3, 3000.0),
+    Sweep("braking force", "force backward", "kN", "brake", 1e3, 3000.0),
+    Sweep("driving force", "force forward", "kN", "drive", 1e3, 3000.0),
+    Sweep("aligning moment", "moment to the left", "N m", "align", 1.0, 100.0),
 )
 
 
 @checked_call('eomgen.suspension("front_axle.toml", ["left_hub", "right_hub"])')
 def suspension(
-    file: str | Path,
+    axle: str | Path,
     hubs: Sequence[str],
     *,
     steering: str = "",
     radius: float = 0.3,
-    travel: float = 0.08,
-    steer: float = 0.06,
-    force: float = 3000.0,
-    moment: float = 100.0,
+    ranges: Mapping[str, float] | None = None,
     rows: int = 33,
     other_axle: float = 0.0,
     height: float = 0.5,
     brake_share: float = 1.0,
-    drive_share: float = 1.0,
     parameters: Mapping[str, float | str] | None = None,
 ) -> SuspensionCurves:
     """Return kinematics and compliance of an axle, at rest on a rig that holds the body of the car.
 
     The wheels stand on pads without friction. One quantity at a time varies about the design position: the travel of
-    both pads, the same in opposite directions, the steering, and forces and moments at the contacts.
+    all pads, the same in opposite directions, the steering, and forces and moments at the contacts.
 
     Parameters
     ----------
-    file : path
+    axle : path
         Scene file of the axle. Its base is the body of the car, with x forward, y to the left and z up; it has no
         wheels.
     hubs : sequence of str
@@ -89,16 +87,16 @@ def suspension(
         Joint that steers, of one coordinate, which the rig holds or moves; empty for none.
     radius : float
         Distance from the centre of the wheel to the road, m.
-    travel, steer, force, moment : float
-        Ends of the ranges: travel of the pads and of the steering joint, m (rad), forces, N, and moment, N m.
+    ranges : mapping, optional
+        Ends of ranges by name, in SI units: ``{"travel": 0.1}`` for -0.1 m to 0.1 m.
     rows : int
-        States of rest in each range; an odd number has the design position among them.
+        States of rest in each range, an odd number, at least 5.
     other_axle : float
-        x of the other axle from this one, m: negative in front; 0: none, and support is given as an angle alone.
+        Place of the other axle along x from this one, m: negative in front; 0: supports are not given in percent.
     height : float
         Of the car's centre of mass over the road, m.
-    brake_share, drive_share : float
-        Part of this axle in the forces of braking and of driving.
+    brake_share : float
+        Part of this axle in the force of braking; the force of driving is this axle's alone.
     parameters : mapping, optional
         Values in place of the file's parameters, fixed ones as well.
 
@@ -110,70 +108,72 @@ def suspension(
     Raises
     ------
     UsageError
-        No such hub or joint, fewer than 5 rows, or a range that is not positive.
+        No such hub, joint or range, or a number of rows or a length that does not do.
     NumericalError
         The wheels cannot be where the pads ask for, or forces do not balance.
 
     Examples
     --------
     >>> axle = "examples/car/system/front_axle.toml"
-    >>> curves = eomgen.suspension(axle, ["left_hub", "right_hub"], steering="rack", radius=0.29, rows=5)
-    >>> curves.curves["travel"].columns["left_hub camber"].round(2)
-    array([-0.36, -0.17, -0.57, -1.82, -3.64])
+    >>> result = eomgen.suspension(axle, ["left_hub", "right_hub"], steering="rack", radius=0.29, rows=5)
+    >>> result.curves["travel"].columns["left_hub camber"].round(2)
+    array([ 0.71,  0.34, -0.57, -2.07, -4.17])
     """
-    names = names_of("hubs", "hubs", hubs, "left_hub")
-    ends = {"travel": travel, "": steer, "align": moment}
-    for what, value in (("travel", travel), ("steer", steer), ("force", force), ("moment", moment), ("radius", radius)):
-        if not value > 0.0:
-            raise UsageError(Problem(f"suspension: {what}", f"{value:.6g} is not positive [E2400]", f"{what}=0.05"))
-    if rows < 5:
-        raise UsageError(Problem("suspension: rows", f"{rows} rows give no slopes [E2401]", "rows=33"))
-    model, springs = _rig(Path(file), names, steering, radius, dict(parameters or {}))
+    asked = dict(ranges or {})
+    checked = [(name, "range", [sweep.name for sweep in SWEEPS]) for name in asked]
+    scene = load_scene(axle)
+    checked += [(name, "body", [body.name for body in scene.bodies]) for name in names_of("hubs", "hubs", hubs, "hub")]
+    checked += [(steering, "joint", [joint.name for joint in scene.joints])] if steering else []
+    for name, kind, known in checked:
+        if name not in known:
+            hint = nearest(name, known) or f"one of {', '.join(known[:8])}"
+            raise UsageError(Problem("suspension", f"there is no {kind} {shown(name)} [E2400]", hint))
+    if rows < 5 or rows % 2 == 0 or min(radius, height, *asked.values()) <= 0.0:
+        fault = "rows have to be odd and at least 5; radius, height and ends of ranges are above 0 [E2401]"
+        raise UsageError(Problem("suspension", fault, "rows=33"))
+    springs = [spring.name for spring in scene.springs]
+    model = _rig(scene.name, Path(axle), hubs, springs, steering, radius, dict(parameters or {}))
     _, design = _at(model, {})
-    sides = {name: -1.0 if design[_OF_PAD.format(name) + "pose"][1] < 0.0 else 1.0 for name in names}
-    car = Car(other_axle, height, brake_share, drive_share)
+    sides = {name: -1.0 if design[_OF_PAD.format(name) + "pose"][1] < 0.0 else 1.0 for name in hubs}
+    car = Car(other_axle, height, brake_share)
     curves: dict[str, Curves] = {}
     for sweep in SWEEPS:
         if not sweep.parameter and not steering:
             continue
-        values = np.linspace(-1.0, 1.0, rows) * ends.get(sweep.parameter, force)
+        values = np.linspace(-1.0, 1.0, rows) * asked.get(sweep.name, sweep.end)
         outputs = _rests(model, sweep, values, sides)
         wheels = [
             Wheel(name, side, *(outputs[_OF_PAD.format(name) + part] for part in ("pose", "arm", "load")))
             for name, side in sides.items()
         ]
         lengths = {name: outputs[_LENGTH.format(name)] for name in springs}
-        names_of_range = sweep.name, sweep.label, sweep.unit
-        curves[sweep.name] = curves_of(names_of_range, values / sweep.factor, wheels, lengths, car)
+        names = sweep.name, sweep.label, sweep.unit
+        curves[sweep.name] = curves_of(names, values / sweep.factor, wheels, lengths, car)
     return SuspensionCurves(model.name, curves)
 
 
 def _rig(
-    file: Path, hubs: Sequence[str], steering: str, radius: float, parameters: dict[str, float | str]
-) -> tuple[Model, tuple[str, ...]]:
-    """Return the model of the axle on the rig, and the names of its springs. Raises UsageError for unknown names."""
-    scene = load_scene(file)
-    bodies, joints = [body.name for body in scene.bodies], [joint.name for joint in scene.joints]
-    asked = [(name, "body", bodies) for name in hubs] + ([(steering, "joint", joints)] if steering else [])
-    for name, kind, known in asked:
-        if name not in known:
-            fault = f"there is no {kind} {shown(name)} in the axle [E2402]"
-            raise UsageError(Problem("suspension", fault, nearest(name, known) or f"one of {', '.join(known[:8])}"))
-    springs = tuple(spring.name for spring in scene.springs)
-    pads: dict[str, Any] = {
-        f"{name}_pad": {"file": str(_PAD), "parent": name, "prefix": _OF_PAD.format(name), "parameters": {"radius": radius}}
-        for name in hubs
-    }
+    name: str,
+    axle: Path,
+    hubs: Sequence[str],
+    springs: Sequence[str],
+    steering: str,
+    radius: float,
+    parameters: dict[str, float | str],
+) -> Model:
+    """Return the model of an axle on the rig."""
+    pad = {"file": str(_PAD), "parameters": {"radius": radius}}
+    pads = {f"{hub}_pad": {**pad, "parent": hub, "prefix": _OF_PAD.format(hub)} for hub in hubs}
     rig: dict[str, Any] = {
         "format": 1,
-        "name": scene.name,
-        "include": {"axle": {"file": str(file.resolve()), "prefix": "", "parameters": parameters}, **pads},
-        "outputs": {_LENGTH.format(name): {"formula": f"length.{name}", "unit": "m"} for name in springs},
+        "name": name,
+        "include": {"axle": {"file": str(axle.resolve()), "prefix": "", "parameters": parameters}, **pads},
+        "outputs": {_LENGTH.format(spring): {"formula": f"length.{spring}", "unit": "m"} for spring in springs},
     }
     if steering:
         rig["parameters"] = {_STEER: {"value": 0.0, "tunable": True}}
         rig["constraints"] = {_STEER: {"type": "formula", "equation": f"q.{steering} - {_STEER}"}}
-    return build_for_run(rig, start="equilibrium"), springs
+    return build_for_run(rig, start="equilibrium")
 
 
 def _at(model: Model, values: Mapping[str, float], q: Array | None = None) -> tuple[Array, Mapping[str, Array]]:
