@@ -1,0 +1,94 @@
+"""Compliance of an axle on bushings, loads of springs, files of the study, and refused calls."""
+
+from __future__ import annotations
+
+import csv
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import NumericalError, UsageError
+
+SYSTEM = Path(__file__).parents[2] / "examples/car/system"
+HUBS = ("left_hub", "right_hub")
+
+
+@cache
+def _curves(name: str) -> eomgen.SuspensionCurves:
+    return eomgen.suspension(SYSTEM / f"{name}.toml", HUBS, steering="rack", radius=0.29, rows=9)
+
+
+def test_an_axle_on_bushings_yields_as_maxwell_says():
+    curves = _curves("front_axle_on_bushings").curves
+    steer_by_force = np.radians(curves["side force"].slope("left_hub steer")) / 1e3  # rad/N
+    shift_by_moment = 1e-3 * curves["aligning moment"].slope("left_hub contact y")  # m/(N m)
+    assert steer_by_force == pytest.approx(5.06e-7, rel=0.01)
+    assert shift_by_moment == pytest.approx(steer_by_force, rel=0.01)  # the wheel leans by 0.01 rad
+
+
+def test_bushings_change_kinematics_little_and_ideal_joints_yield_nothing():
+    ideal, elastic = _curves("front_axle").curves, _curves("front_axle_on_bushings").curves
+    camber = "left_hub camber"
+    assert np.abs(ideal["travel"].columns[camber] - elastic["travel"].columns[camber]).max() < 0.05
+    assert np.ptp(ideal["side force"].columns[camber]) < 1e-12
+    assert 0.1 < np.ptp(elastic["side force"].columns[camber]) < 0.13
+
+
+def test_the_rate_of_a_wheel_is_that_of_its_spring():
+    curves = _curves("front_axle").curves["travel"]
+    ratio, load = curves.columns["left_spring motion ratio"], curves.columns["left_hub load"]
+    height = 1e-3 * curves.x
+    force = 6100.0 + 42000.0 * np.array(
+        [np.trapezoid(ratio[:5], height[:5]), 0.0, np.trapezoid(ratio[4:], height[4:])]
+    ) * [-1, 0, 1]
+    # the load of the wheel is the spring's by the motion ratio, and a nearly constant weight
+    weight = load[[0, 4, 8]] - ratio[[0, 4, 8]] * force
+    assert np.ptp(weight) < 0.03 * np.ptp(load)
+    assert 200.0 < weight[1] < 450.0
+
+
+def test_braking_supports_by_the_path_of_the_locked_wheel():
+    found = eomgen.suspension(
+        SYSTEM / "rear_axle.toml", HUBS, radius=0.29, rows=5, other_axle=2.7, height=0.55, brake_share=0.35
+    )
+    columns = {name: values[2] for name, values in found.curves["travel"].columns.items()}
+    expected = -100 * np.tan(np.radians(columns["left_hub braking angle"])) * 0.35 * 2.7 / 0.55
+    assert columns["left_hub braking support"] == pytest.approx(expected) == pytest.approx(30.7, abs=0.2)
+    assert columns["left_hub driving support"] == pytest.approx(65.0, abs=0.2)
+    assert "steering" not in found.curves
+
+
+def test_results_are_written_as_tables_a_figure_and_a_page(tmp_path):
+    result = _curves("front_axle")
+    files = {file.name: file for file in result.save(tmp_path / "out")}
+    assert set(files) == {
+        *("characteristics.csv", "suspension.html", "suspension.png", "travel.csv", "roll.csv", "steering.csv"),
+        *("side_force.csv", "braking_force.csv", "driving_force.csv", "aligning_moment.csv"),
+    }
+    head, first, *_ = csv.reader(files["travel.csv"].read_text().splitlines())
+    assert head[:3] == ["travel, mm", "left_hub toe, deg", "left_hub camber, deg"]
+    assert float(first[0]) == -80.0
+    assert float(first[2]) == result.curves["travel"].columns["left_hub camber"][0]
+    names = [(panel.name, end) for panel, end, _ in result.panels()]
+    assert ("steering", "steer") in names
+    assert ("side force", "steer") not in names  # it does not change
+    page = files["suspension.html"].read_text()
+    assert page.count("<canvas") == len(names)
+    assert "roll centre height" in page
+
+
+def test_wrong_calls_are_refused():
+    axle = SYSTEM / "rear_axle.toml"
+    with pytest.raises(UsageError, match=r"there is no body 'left_hup'; try: left_hub"):
+        eomgen.suspension(axle, ["left_hup"])
+    with pytest.raises(UsageError, match="there is no joint 'rack'"):
+        eomgen.suspension(axle, HUBS, steering="rack")
+    with pytest.raises(UsageError, match="there is no range 'bump'"):
+        eomgen.suspension(axle, HUBS, ranges={"bump": 0.1})
+    with pytest.raises(UsageError, match="rows have to be odd and at least 5"):
+        eomgen.suspension(axle, HUBS, rows=4)
+    with pytest.raises(NumericalError, match=r"suspension: travel, .* mm: .*; try: a smaller range"):
+        eomgen.suspension(axle, HUBS, rows=5, ranges={"travel": 2.0})
