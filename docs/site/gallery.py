@@ -87,6 +87,7 @@ MOTIONS: Mapping[str, Motion] = {
     "car_in_side_wind": Motion("system/car.toml"),
     "cart_pole_swing_up": Motion("model/scene.toml", initial=(0.0, 2.8), words="without its drive, released high"),
     "coupled_fmus": Motion("scenes/monolith.toml"),
+    "driving_car": Motion("system/lane_change.toml"),
     "duffing_random_excitation": Motion("system/oscillator.toml"),
     "flexible_slider_crank": Motion("crank.py", (8,), 1.0),
     "flying_spaghetti": Motion("spaghetti.py", (16,)),

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 PROGRAMS: Mapping[str, str] = {
     "acrobot_swing_up": "demo.py --out .",
     "cart_pole_swing_up": "demo.py --out .",
+    "driving_car": "demo.py --out .",
     "duffing_random_excitation": "demo.py --out .",
     "fastest_panda": "demo.py --out .",
     "flying_spaghetti": "spaghetti.py --picture flying_spaghetti.png",
@@ -77,7 +78,9 @@ def drawings() -> Iterator[Drawing]:
         program, *rest = shlex.split(words)
         folder = ROOT / "examples" / name
         sources = tuple(sorted(path for path in folder.rglob("*") if path.suffix in (".py", ".toml", ".csv")))
-        yield Drawing((str(folder / program), *rest), sources, (f"examples/{name}/{name}.png",))
+        shown = pictures((folder / "README.md").read_text(encoding="utf-8"))
+        places = tuple(f"examples/{name}/{picture}" for picture in shown)
+        yield Drawing((str(folder / program), *rest), sources, places)
     for page in PAGES:
         if names := pictures(page.read_text(encoding="utf-8")):
             folder = page.parent.relative_to(ROOT)

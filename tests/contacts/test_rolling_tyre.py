@@ -20,6 +20,7 @@ from tests.contacts.states import MORE, OWN, own_tyre
 from tests.contacts.test_tangential_laws import BRUSH, VAN
 from tests.contacts.test_tangential_laws import LINEAR as LINEAR_SLIP
 from tests.oracles.evaluation import Array, tape_evaluator
+from tests.oracles.states import jacobian
 
 SEEN = (
     *("gap", "normal_force", "friction_force_x", "friction_force_y", "slip_x", "slip_y", "camber", "wheel_speed"),
@@ -119,6 +120,29 @@ def test_forces_of_a_steady_slip_are_the_values_of_the_table(name: str, version:
         force = law.values([f"force_{axis}"], numbers, **known, slip_x=slip_x, slip_y=slip_y)[f"force_{axis}"]
         assert np.abs(force).min() > 1.0
         np.testing.assert_allclose(found[f"friction_force_{axis}"], force, rtol=1e-12, atol=1e-9)
+
+
+def test_the_friction_depends_on_the_place() -> None:
+    """The force is the one of the coefficient's value there, and the partials are exact."""
+    law = f"{TYRE}, coefficients = {{{{ LMUX = {{}}, LMUY = 0.7 }}}}"
+    patch = derive(wheel(law.format('"0.9 - 0.2 * contact_x - 0.1 * contact_y"')), ["outputs", "residual", "partials"])
+    plain = derive(wheel(law.format('"grip"')), ["outputs"])
+    rng = np.random.default_rng(63)
+    q, v = np.tile([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.29], (5, 1)), rng.normal(scale=0.1, size=(5, 6))
+    q[:, 4:6], v[:, 1], v[:, 3] = rng.uniform(size=(5, 2)), 80.0, 20.0
+    state = {"q": q, "v": v, "a": v, "t": np.zeros((5, 1)), "z": rng.normal(scale=0.1, size=(5, 2))}
+    there = 0.9 - 0.2 * q[:, 4:5] - 0.1 * q[:, 5:6]
+    found, expected = (
+        tape_evaluator(system)("outputs", {**state, "p": grip})["y"]
+        for system, grip in ((patch, there), (plain, there))
+    )
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    given, evaluate = {**state, "p": there}, tape_evaluator(patch)
+    exact = evaluate("partials", given)["K"]
+    np.testing.assert_allclose(
+        exact, jacobian(evaluate, patch.factors, "residual", "r", given, "q"), rtol=1e-5, atol=1e-2
+    )
+    assert np.abs(exact[:, :, 3]).max() > 100.0  # N/m along the road
 
 
 @pytest.mark.slow

@@ -18,6 +18,16 @@ DEMOS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ),
         ("c/active_vehicle.c", "rms.csv", "passive.npz", "active.npz"),
     ),
+    "driving_car": (
+        (
+            "yaw rate, deg/s             10.6",
+            "understeer gradient 0.10",
+            "lane change: 0.05 m",
+            "braking with control 1: 5",
+            "vertical: 1.02",
+        ),
+        ("step_steer.png", "ramp_steer.png", "sine_with_dwell.png", "split_braking.png", "rough_road.png"),
+    ),
     "duffing_random_excitation --samples 2000": (
         # a million samples have the mean 0.4999 and the standard deviation 0.5333 (dossier, 4.6)
         ("21 modes capture 99.99", "mean 0.501 m, standard deviation 0.531 m"),

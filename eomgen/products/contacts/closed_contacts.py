@@ -110,6 +110,7 @@ class _Pair:
         algebra, tape, zero = numbers.algebra, numbers.algebra.tape, numbers.algebra.zero
         geometry = bodies.motion(item, numbers)
         self.gap = _values([geometry.gap])[0]
+        self._place = {f"contact_{axis}": _values([value])[0] for axis, value in geometry.place.items()}
         turning, moving = bodies.velocities(item, _values(geometry.point))
         at_centre = bodies.velocities(item, _values(geometry.pair.second.origin))[1]
         axes = np.array([_values(axis) for axis in (*geometry.tangents, geometry.normal)])
@@ -146,7 +147,7 @@ class _Pair:
         return record(numbers.algebra, formula, value)
 
     def _at(self, refs: list[int], motions: Mapping[str, float | Array]) -> Array:
-        columns = np.broadcast_arrays(*(motions.get(name, 0.0) for name in self._inputs))
+        columns = np.broadcast_arrays(*((self._place | motions).get(name, 0.0) for name in self._inputs))
         with np.errstate(all="ignore"):
             return evaluate(self._tape, refs, {"local": np.stack(columns, axis=-1)})
 

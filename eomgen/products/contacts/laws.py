@@ -11,13 +11,15 @@ from eomgen.base.data import dataclass, field
 from eomgen.formula.nodes import Formula, Number, Symbol
 from eomgen.formula.substitution import map_symbols
 from eomgen.products.contacts.tangential_laws import read_formulas
-from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE, Scope
+from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE, TIME, Scope
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.requirements import Bound
 from eomgen.scene.reading.values import Values
 from eomgen.symbolic.scalar import Algebra, Scalar
 
+#: Quantities of a pair that coefficients of laws of slip may depend on.
+_PLACE = ("contact_x", "contact_y")
 #: Quantities of a pair that formulas of laws name, with the quantity of scenes that each one stands for.
 LOCAL_NAMES: Mapping[str, str] = {
     "gap": "gap",
@@ -25,7 +27,7 @@ LOCAL_NAMES: Mapping[str, str] = {
     "deflection": "contact_deflection",
     "load": "normal_force",
     **{name: name for name in ("slip_velocity_x", "slip_velocity_y", "velocity_x", "velocity_y")},
-    **{name: name for name in ("spin", "wheel_speed", "camber")},
+    **{name: name for name in ("spin", "wheel_speed", "camber", *_PLACE)},
 }
 #: Names that formulas of normal laws may have.
 NORMAL_NAMES = ("gap", "rate", "deflection")
@@ -43,6 +45,8 @@ NORMAL, TANGENTIAL = (
     local_scope(f"{', '.join(names)}, {SPRING_FORCE.description}", names, SPRING_FORCE.kinds)
     for names in (NORMAL_NAMES, tuple(LOCAL_NAMES))
 )
+#: Of coefficients of laws of slip.
+BY_PLACE = local_scope(f"{', '.join(_PLACE)}, {TIME.description}", _PLACE, TIME.kinds)
 
 
 @dataclass(frozen=True)
@@ -156,10 +160,13 @@ def read_law(key: str, contact: str, entry: Any, laws: Mapping[str, ContactLaw],
     keys = laws[entry.type].keys
     defaults = defaults_of(laws[entry.type])
     given = values.keys(key, entry, *keys) if keys else {}
+    return AppliedLaw(entry.type, defaults | bind_to_contact(given, contact))
+
+
+def bind_to_contact(formulas: Mapping[str, Formula], contact: str) -> dict[str, Formula]:
+    """Return formulas by name, with the quantities of a contact in place of local names."""
 
     def own_symbol(symbol: Symbol) -> Formula:
         return Symbol(LOCAL_NAMES[symbol.name], contact) if symbol.kind == "local" else symbol
 
-    return AppliedLaw(
-        entry.type, defaults | {name: map_symbols(formula, own_symbol) for name, formula in given.items()}
-    )
+    return {name: map_symbols(formula, own_symbol) for name, formula in formulas.items()}

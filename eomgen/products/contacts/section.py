@@ -187,7 +187,7 @@ class _Contacts(ElementSection):
         assert isinstance(item, Contact)
         table = entry.tangential
         if table is not None and isinstance(row := friction_laws.LAWS[table.type], SlipLaw):
-            coefficients = read_coefficients(f"{key}.tangential", row, table, reading.folder, reading.values)
+            coefficients = read_coefficients(name, row, table, reading.folder, reading.values)
             item = replace(item, tangential=AppliedLaw(row.name, coefficients))
             if entry.radius is None and "UNLOADED_RADIUS" in coefficients:
                 item = replace(item, radius=coefficients["UNLOADED_RADIUS"] - item.tube_radius)

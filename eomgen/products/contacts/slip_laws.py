@@ -10,13 +10,12 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from eomgen.base.data import dataclass
-from eomgen.base.messages import listed, shown
+from eomgen.base.messages import key_of, listed, shown
 from eomgen.errors import EomgenError
 from eomgen.formula.nodes import Formula, Number
-from eomgen.products.contacts.laws import ContactLaw, rate_name
+from eomgen.products.contacts.laws import BY_PLACE, ContactLaw, bind_to_contact, rate_name
 from eomgen.products.contacts.tangential_laws import TangentialLaw, tangential_law
 from eomgen.products.contacts.tyre_files import read_tyre_file, version_of
-from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import optional
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.values import Values
@@ -80,7 +79,7 @@ KEYS: Mapping[str, tuple[Any, Any]] = {
         Annotated[dict[str, Value], Field(max_length=500)] | None,
         optional(
             "laws of slip: coefficients by name, in place of numbers of the file",
-            names=PARAMETERS,
+            names=BY_PLACE,
             kind="table of formulas",
         ),
     ),
@@ -128,9 +127,10 @@ class NormalLaw(ContactLaw):
         return {"force": force, "elastic": elastic, "energy": energy}
 
 
-def read_coefficients(key: str, row: SlipLaw, entry: Any, folder: Path, values: Values) -> dict[str, Formula]:
-    """Return the coefficients of the law at ``key``, numbers from the file or formulas from the scene; faults are
+def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, values: Values) -> dict[str, Formula]:
+    """Return the coefficients of the law of a contact, numbers from the file or formulas from the scene; faults are
     reported, and keys of the file without use are noted."""
+    key = f"{key_of('contacts', contact)}.tangential"
     report, numbers, version = values.report, dict[str, Formula](), ""
     option, results = ("tangents" if entry.tangents else ""), _NAMES
     if entry.file is not None:
@@ -155,14 +155,14 @@ def read_coefficients(key: str, row: SlipLaw, entry: Any, folder: Path, values: 
             values.note([f"{key}.file: {fault}"])
     law = row.table(version, option)
     given = {
-        name: values.formula(f"{key}.coefficients.{name}", value, PARAMETERS)
+        name: values.formula(f"{key}.coefficients.{name}", value, BY_PLACE)
         for name, value in (entry.coefficients or {}).items()
     }
     for name in given:
         if name not in law.coefficients(results, {name: 0.0}):
             fault = f"{shown(name)} is not a coefficient of {row.name} [E2439]"
             report.add(f"{key}.coefficients.{name}", fault, "a name from the formulas of the law")
-    known = {**numbers, **given}
+    known = {**numbers, **bind_to_contact(given, contact)}
     used = law.coefficients(results, known)
     if missing := [name for name in used if name not in known]:
         hint = f"coefficients = {{ {missing[0]} = ... }}"

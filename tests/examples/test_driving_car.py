@@ -1,0 +1,189 @@
+"""The car that drives: its linear range against a single-track model by hand, the nonlinear one against a planar model
+by hand in SciPy, and its manoeuvres."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.mechanics.derive import derive
+from tests.examples.demos import EXAMPLES
+from tests.oracles.evaluation import Array, tape_evaluator
+
+FOLDER = EXAMPLES / "driving_car" / "system"
+G, MASS, FRONT, REAR, TRACK, HEIGHT, RADIUS, TYRE = 9.81, 1300.0, 1.2, 1.5, 1.5, 0.55, 0.31, 2e5
+CORNER = 40.0  # kg, a wheel with its hub
+NOMINAL = 4000.0
+#: Moments of inertia of a wheel, about its axle and across, and of a hub.
+AXLE, ACROSS, HUB = 0.9, 0.5, 0.3
+
+
+def manoeuvre(name: str, speed: float = 80.0 / 3.6, **parameters: float) -> dict[str, Any]:
+    """Return the data of a manoeuvre at a speed, with parameters of the car."""
+    data = tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
+    data["parameters"]["speed"] = {"value": speed, "unit": "m/s"}
+    data["include"]["car"]["file"] = str(FOLDER / "car.toml")
+    data["include"]["car"]["parameters"] |= parameters
+    return data
+
+
+def loads() -> Array:
+    """Return the load of a tyre at rest in front and at the rear, N."""
+    return G * (MASS / 2 * np.array([REAR, FRONT]) / (FRONT + REAR) + CORNER)
+
+
+def cornering_stiffness(load: Array) -> Array:
+    """Return the slope of the lateral force over the slip angle, N/rad, by the Magic Formula and car.tir."""
+    return 20.0 * NOMINAL * np.sin(2.0 * np.arctan(load / (1.6 * NOMINAL)))
+
+
+def yaw_response(speed: float, angular_frequencies: Array) -> Array:
+    """Return yaw rate by angle of the front wheels of a single-track model that rolls about the ground.
+
+    Unknowns are the lateral velocity at the ground, the yaw rate, the roll angle and the lagged slips of both axles.
+    Weights stand below places where the springs of an axle and its tyres yield in series.
+    """
+    load = loads()
+    stiffness, trail = 2.0 * cornering_stiffness(load), 0.1 * load * RADIUS / NOMINAL
+    lag, sunk = cornering_stiffness(load) / 1.6e5, load / TYRE
+    rolling, centre = RADIUS - sunk / 3.0, RADIUS - sunk
+    mass = MASS + 4.0 * CORNER
+    offset = 2.0 * CORNER * (FRONT - REAR) / mass  # of the centre of mass, from the body's
+    arm = np.array([FRONT - offset, -REAR - offset])
+    spin = 2.0 * AXLE * speed / rolling  # angular momentum of an axle
+    yaw = 2100.0 + MASS * offset**2 + 2.0 * CORNER * (arm @ arm + TRACK**2 / 2.0) + 4.0 * (HUB + ACROSS)
+    yaw += 2.0 * AXLE * (TRACK / 2.0) ** 2 * (1.0 / rolling**2).sum()  # inner wheels turn slower
+    static = MASS * HEIGHT + 2.0 * CORNER * centre.sum()
+    product = -MASS * HEIGHT * offset + 2.0 * CORNER * centre @ arm
+    roll = 450.0 + MASS * HEIGHT**2 + 4.0 * (HUB + ACROSS) + 2.0 * CORNER * (centre @ centre)
+    tilt = 2.0 * 0.8 * load  # force by camber
+    found = []
+    for s in 1j * np.asarray(angular_frequencies):
+        springs = (np.array([24e3, 26e3]) + 2.0 * np.array([18e3, 6e3]) + 2200.0 * s) * TRACK**2 / 2.0
+        tyres = (TYRE + CORNER * s**2) * TRACK**2 / 2.0
+        leaning = springs / (springs + tyres)  # of an axle on its tyres, by the body's roll angle
+        uneven = (AXLE * TRACK**2 / 6.0 * speed / rolling**3 * leaning).sum()  # loaded wheels have to turn faster
+        support = (springs * tyres / (springs + tyres)).sum()
+        matrix = [
+            [mass * s, mass * speed, -static * s**2 + tilt.sum(), *stiffness],
+            [0.0, yaw * s, -product * s**2 + spin.sum() * s + uneven * s + tilt @ arm, *(stiffness * (arm - trail))],
+            [-static * s, -static * speed - product * s - spin.sum(), roll * s**2 + support - static * G, 0.0, 0.0],
+            [-1.0, -arm[0], -sunk[0] * s, lag[0] * s + speed, 0.0],
+            [-1.0, -arm[1], -sunk[1] * s, 0.0, lag[1] * s + speed],
+        ]
+        turned = [0.0, -2.0 * (HUB + ACROSS) * s**2, spin[0] * s, -speed, 0.0]
+        found.append(np.linalg.solve(matrix, turned)[1])
+    return np.array(found)
+
+
+def magic_formula(kappa: Array, alpha: Array, load: Array) -> tuple[Array, Array, Array]:
+    """Return longitudinal and lateral force and aligning moment by slip, tangent of the slip angle and load, of the
+    tyre of car.tir: Pacejka (2012), 4.E9 to 4.E74 with the coefficients that are not zero."""
+    angle, dfz = np.arctan(alpha), load / NOMINAL - 1.0
+
+    def pure(slip: Array, slope: Array, shape: float, peak: Array, curvature: float) -> Array:
+        inner = slope / (shape * peak) * slip
+        return peak * np.sin(shape * np.arctan(inner - curvature * (inner - np.arctan(inner))))
+
+    slope_x = 24.0 * load * np.exp(-0.2 * dfz)
+    lateral_slope = -cornering_stiffness(load)
+    lateral = pure(angle, lateral_slope, 1.4, (1.0 - 0.15 * dfz) * load, -0.6)
+    force_x = pure(kappa, slope_x, 1.6, (1.1 - 0.1 * dfz) * load, 0.2)
+    force_x *= np.cos(np.arctan(12.0 / np.sqrt(1.0 + (10.0 * kappa) ** 2) * angle))
+    weight = np.cos(np.arctan(12.0 / np.sqrt(1.0 + (8.0 * angle) ** 2) * kappa))
+    size = np.hypot(np.sin(angle), slope_x / lateral_slope * kappa * np.cos(angle))
+    inner = 9.0 * np.arctan2(size, np.cos(angle))
+    trail = 0.1 * load * RADIUS / NOMINAL * np.cos(1.1 * np.arctan(inner + 1.5 * (inner - np.arctan(inner))))
+    return force_x, weight * lateral, -trail / np.sqrt(1.0 + alpha**2) * weight * lateral
+
+
+def planar_rates(t: float, state: Array, steer: Callable[[float], float]) -> Array:
+    """Return the rates of a car in the plane: velocities along and across, yaw rate, speeds and lagged slips of the
+    wheels, by the angle of the front wheels over time."""
+    speed = 80.0 / 3.6
+    ahead, across, yaw_rate = state[:3]
+    wheels, kappa, alpha = state[3:].reshape(3, 4)
+    load = np.repeat(loads(), 2)
+    sunk = load / TYRE
+    rolling = RADIUS - sunk / 3.0
+    mass = MASS + 4.0 * CORNER
+    offset = 2.0 * CORNER * (FRONT - REAR) / mass
+    x = np.array([FRONT, FRONT, -REAR, -REAR]) - offset
+    y = TRACK / 2.0 * np.array([1.0, -1.0, 1.0, -1.0])
+    turned = np.array([1.0, 1.0, 0.0, 0.0]) * steer(t)
+    cosine, sine = np.cos(turned), np.sin(turned)
+    vx, vy = ahead - yaw_rate * y, across + yaw_rate * x
+    along, beside = cosine * vx + sine * vy, cosine * vy - sine * vx
+    slope_x = 24.0 * load * np.exp(-0.2 * (load / NOMINAL - 1.0))
+    kappa_rate = (wheels * rolling - along - along * kappa) / (slope_x / 3.5e5)
+    alpha_rate = (beside - along * alpha) / (cornering_stiffness(load) / 1.6e5)
+    force_x, force_y, moment = magic_formula(kappa, alpha, load)
+    pushed, moved = cosine * force_x - sine * force_y, sine * force_x + cosine * force_y
+    inertia = 2100.0 + MASS * offset**2 + CORNER * (x @ x + y @ y) + 4.0 * (HUB + ACROSS)
+    driven = np.array([1.0, 1.0, 0.0, 0.0]) * 2000.0 * (speed - ahead)
+    return np.concatenate(
+        [
+            [pushed.sum() / mass + yaw_rate * across, moved.sum() / mass - yaw_rate * ahead],
+            [(x @ moved - y @ pushed + moment.sum()) / inertia],
+            (driven - (RADIUS - sunk) * force_x) / AXLE,
+            kappa_rate,
+            alpha_rate,
+        ]
+    )
+
+
+@pytest.mark.slow
+def test_the_car_stands_and_rolls_in_balance_at_the_start() -> None:
+    """First tier: springs carry the body, tyres the car, and wheels roll at the speed of the road."""
+    system = derive(eomgen.load(FOLDER / "step_steer.toml"), ["forward_dynamics", "internal_rate"])
+    state = {
+        name: np.array([values], dtype=float)
+        for name, values in (
+            ("q", system.initial_q),
+            ("v", system.initial_v),
+            ("z", [item.value for item in system.states]),
+            ("t", [0.0]),
+            ("u", [0.0]),
+            ("p", [item.value for item in system.parameters]),
+        )
+    }
+    evaluate = tape_evaluator(system)
+    assert np.abs(evaluate("forward_dynamics", state)["vdot"]).max() < 1e-9
+    assert np.abs(evaluate("internal_rate", state)["zdot"]).max() < 1e-9
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("speed", [10.0, 20.0, 30.0, 40.0])
+def test_the_linear_range_is_a_single_track_model(speed: float) -> None:
+    model = eomgen.build(manoeuvre("step_steer", speed=speed))
+    frequencies = 2.0 * np.pi * np.array([1e-3, 0.1, 0.3, 0.5, 1.0, 1.5, 2.0, 3.0])
+    linear = model.linearize(at="initial")
+    yaw, steer = (linear.frequency_response(frequencies, "hand", name) for name in ("yaw_rate", "steer"))
+    ratio = yaw / steer / yaw_response(speed, frequencies)
+    assert abs(ratio[0] - 1.0) < 2e-4
+    assert np.abs(ratio - 1.0).max() < 3e-3
+
+
+@pytest.mark.long
+def test_a_flat_car_is_a_planar_model_in_scipy() -> None:
+    """The centre of mass of body and wheels is on the ground, so no load moves and the body does not roll."""
+    low = -4.0 * CORNER * (RADIUS - loads().mean() / TYRE) / MASS
+    data = manoeuvre("step_steer", height=low)
+    run = eomgen.build(data).simulate(3.0, parameters={"angle": np.radians(90.0)})
+    assert run["lateral_acceleration"].max() > 7.0
+    rolling = RADIUS - np.repeat(loads(), 2) / TYRE / 3.0
+    start = np.concatenate([[80.0 / 3.6, 0.0, 0.0], 80.0 / 3.6 / rolling, np.zeros(8)])
+
+    def steer(t: float) -> float:
+        return float(np.interp(t, run.t, run["steer"].ravel()))
+
+    rows = run.t[::100]
+    exact = solve_ivp(planar_rates, (0.0, 3.0), start, "Radau", rows, args=(steer,), rtol=1e-8, atol=1e-9)
+    yaw_rate = run["yaw_rate"].ravel()[::100]
+    assert np.abs(exact.y[2] - yaw_rate).max() < 2e-3 * yaw_rate.max()
