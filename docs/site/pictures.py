@@ -41,6 +41,8 @@ PROGRAMS: Mapping[str, str] = {
     "duffing_random_excitation": "demo.py --out .",
     "fastest_panda": "demo.py --out .",
     "flying_spaghetti": "spaghetti.py --picture flying_spaghetti.png",
+    "hopping_leg": "hop.py --picture hopping_leg.png",
+    "motorcycle": "weave_and_wobble.py --picture motorcycle.png",
     "roll_up": "roll_up.py --elements 5 --picture roll_up.png",
     "rotor_blade": "blade.py --picture rotor_blade.png",
     "scalar_wave": "demo.py --out .",

@@ -147,7 +147,7 @@ class _Pair:
         return record(numbers.algebra, formula, value)
 
     def _at(self, refs: list[int], motions: Mapping[str, float | Array]) -> Array:
-        columns = np.broadcast_arrays(*((self._place | motions).get(name, 0.0) for name in self._inputs))
+        columns = np.broadcast_arrays(*({**self._place, **motions}.get(name, 0.0) for name in self._inputs))
         with np.errstate(all="ignore"):
             return evaluate(self._tape, refs, {"local": np.stack(columns, axis=-1)})
 
