@@ -68,9 +68,7 @@ class Cubin:
         """Memory for a thread, by the name of the kernel."""
         _, *parts = re.split(_ENTRY, self.log)
         return {
-            name: Usage(
-                *_numbers(_REGISTERS, text)[:1], max(_numbers(_STACK, text)), max(sum(_numbers(_SPILLS, text)), 0)
-            )
+            name: Usage(_numbers(_REGISTERS, text)[0], max(_numbers(_STACK, text)), _sum_of_spills(text))
             for name, text in zip(parts[::2], parts[1::2], strict=True)
         }
 
@@ -78,6 +76,11 @@ class Cubin:
     def spills(self) -> int:
         """Bytes of spills of all kernels."""
         return sum(usage.spills for usage in self.usage.values())
+
+
+def _sum_of_spills(text: str) -> int:
+    """Return the bytes of spills of a kernel: the entry subtracts those in memory of the block."""
+    return max(0, sum(_numbers(_SPILLS, text)))
 
 
 def _numbers(pattern: str, text: str) -> list[int]:
