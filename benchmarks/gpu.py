@@ -14,6 +14,8 @@ from __future__ import annotations
 import argparse
 import ctypes
 import json
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,6 +23,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +34,7 @@ from benchmarks.measure import figure, machine, table
 from benchmarks.robots import ROBOTS, driven, scene
 from eomgen.products.ensembles.side_by_side import CommonRunData
 from eomgen.products.gpu import driver, nvrtc
+from eomgen.products.gpu.arrays import TorchArrays
 from eomgen.products.gpu.driver import Device, Function, Memory
 from eomgen.products.gpu.ensembles import DeviceSamples, SampleArray, compile_runs
 from eomgen.products.gpu.kernels import compile_term
@@ -38,6 +42,10 @@ from eomgen.products.gpu.kernels import compile_term
 EXAMPLES = Path(__file__).parents[1] / "examples"
 STAND_IN = Path(__file__).parents[1] / "tests" / "gpu" / "stand_in.cpp"
 SECONDS = 480.0
+#: For predictions, an H100 in that study: bytes and operations a second; bytes a second of all first-level caches,
+#: 132 of 128 bytes a clock at 1.755 GHz. Bytes of a load by its kind.
+MEMORY, ARITHMETIC, CACHE = 2.99e12, 15.8e12, 132 * 128 * 1.755e9
+WIDTHS = {"U8": 1, "S8": 1, "U16": 2, "S16": 2, "64": 8, "128": 16}
 
 
 @dataclass(frozen=True)
@@ -54,7 +62,7 @@ class States:
 
     @property
     def file(self) -> str:
-        return f"{self.robot}_{self.term}"
+        return f"{self.robot}_{self.term}{'' if self.columns else '_rows'}"
 
 
 STATES = (
@@ -106,13 +114,13 @@ RUNS = (
 def prepare(folder: Path, architecture: str) -> None:
     """Write machine code and sizes of all rows of states, and let the cache have the code of runs."""
     folder.mkdir(parents=True, exist_ok=True)
-    for row in {row.file: row for row in STATES}.values():
+    for row in STATES:
         began = time.perf_counter()
         robot = scene(ROBOTS[row.robot])
         model = eomgen.build(driven(robot) if "forward" in row.term else robot, [row.term], profile="reproducible")
         code = compile_term(model, row.term, architecture, fused=True)
         function = next(item for item in model.library.layout["functions"] if item["name"] == row.term)
-        kernel = f"{model.library.layout['prefix']}_{row.term}_kernel"
+        kernel = f"{model.library.layout['prefix']}_{row.term}{'' if row.columns else '_rows'}_kernel"
         sizes = {
             "kernel": kernel,
             "inputs": dict(zip(function["inputs"], function["input_sizes"], strict=True)),
@@ -123,13 +131,34 @@ def prepare(folder: Path, architecture: str) -> None:
         (folder / f"{row.file}.json").write_text(json.dumps(sizes), encoding="utf-8")
         moved = [*zip(function["inputs"], function["input_sizes"], strict=True), *enumerate(sizes["outputs"])]
         usage, needed = code.usage[kernel], 8 * sum(size for name, size in moved if name != "p")
-        traffic = f"bytes with spills over bytes {1 + usage.spills / needed:.2f}"
-        print(f"{row.file}: {usage}, {traffic}, {time.perf_counter() - began:.0f} s", flush=True)
+        told = predicted(folder / f"{row.file}.cubin", kernel, needed, row.grid)
+        print(f"{row.file}: {usage}, {told}, {time.perf_counter() - began:.0f} s", flush=True)
     for run in RUNS:
         began, model = time.perf_counter(), run.model()
         places = CommonRunData.of(model, model.simulate(0.01, 1e-3, error_estimate=False)).places
         code = compile_runs(model, run.method, model.library, [run.column], places, architecture)
         print(f"{run.example}: {code.usage}, {time.perf_counter() - began:.0f} s", flush=True)
+
+
+def predicted(file: Path, kernel: str, needed: int, grid: float | None) -> str:
+    """Return the operations of a kernel, the bytes of its registers that a thread moves to and from memory of the card
+    and of the block, and the time over the time of ``needed`` bytes: least, if spills stay in the first-level cache,
+    and most, if all of these go to memory. The longest of memory, arithmetic and cache counts, in full overlap."""
+    if shutil.which("nvdisasm") is None:
+        return "operations: nvdisasm is not on the path"
+    listing = subprocess.run(["nvdisasm", "-c", file], capture_output=True, text=True, check=True).stdout
+    (code,) = [part for part in listing.split("\t.section\t")[1:] if re.match(rf'"?\.text\.{kernel}\W', part)]
+    moves, operations = {"L": 0, "S": 0}, 0
+    for word, kinds in re.findall(r"\*/ +(?:@!?\w+ )?([A-Z]\w*)([.\w]*)", code):
+        if word in ("LDL", "STL", "LDS", "STS"):
+            moves[word[2]] += next((WIDTHS[kind] for kind in kinds.split(".") if kind in WIDTHS), 4)
+        operations += word in ("DFMA", "DADD", "DMUL", "DSETP", "DMNMX")
+    floor = needed / MEMORY
+    inner = max(operations / ARITHMETIC, (moves["L"] + moves["S"]) / CACHE)
+    least, most = (max(bytes_ / MEMORY, inner) for bytes_ in (needed, needed + moves["L"]))
+    ratios = f"{figure(least / floor)} to {figure(most / floor)} of the time of bytes"
+    over = "" if grid is None else f", {figure(1e9 * least / grid)} to {figure(1e9 * most / grid)} of GRiD"
+    return f"{operations} operations, {moves['L']} bytes to memory, {moves['S']} in the block: {ratios}{over}"
 
 
 def time_states(device: Device, folder: Path, row: States, count: int, bandwidth: float) -> list[str]:
@@ -223,6 +252,29 @@ def time_ensembles(samples: int, steps: int) -> str:
     return f"{told}; ratio {figure(seconds[1] / seconds[0])}, goal 0.01"
 
 
+def time_calls(*, dry: bool) -> str:
+    """Return a line on the processor's time of a call with tensors of PyTorch, one state, without the kernel's time."""
+    try:
+        torch = import_module("torch")
+    except ImportError:
+        return "call with tensors: PyTorch is not installed"
+    if dry:
+        TorchArrays.kind, TorchArrays.stream = "cpu", lambda self, device: 0  # type: ignore[method-assign]
+    model = eomgen.build(EXAMPLES / "robot_arm" / "scene.toml", profile="reproducible")
+    functions, options = eomgen.gpu(model), {"dtype": torch.float64, "device": TorchArrays.kind}
+    q, v, a = (torch.zeros(1, model.nv, **options) for _ in range(3))
+    functions.inverse_dynamics(q, v, a)
+    seconds = []
+    for _ in range(7):
+        began = time.process_time()
+        for _ in range(2000):
+            functions.inverse_dynamics(q, v, a)
+        seconds.append(time.process_time() - began)
+        driver.driver().device(0).wait()
+    told = f"call with tensors, PyTorch {torch.__version__}: {figure(500 * min(seconds))} us of the processor, goal 8"
+    return f"{told}; the stand-in takes the place of the driver" if dry else told
+
+
 def describe_card() -> str:
     """Return card, driver, and clocks now and at most, by ``nvidia-smi``."""
     query = "name,driver_version,clocks.sm,clocks.mem,clocks.max.sm,clocks.max.mem,power.limit"
@@ -279,6 +331,7 @@ def main() -> int:
     if time.perf_counter() - began < 0.8 * SECONDS:
         told = time_ensembles(samples or 10**5, steps or 1000)
         print(told.partition(":")[0] if options.dry else told)
+    print(time_calls(dry=options.dry))
     print(f"{time.perf_counter() - began:.0f} s; chunks of {DeviceSamples.block_size(10**6, 8000, 101)} samples")
     return 0
 

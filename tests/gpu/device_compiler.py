@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import importlib.util
 import json
 import re
@@ -15,6 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import eomgen
+from eomgen.products.gpu.kernels import ALL_REGISTERS
+from eomgen.products.gpu.nvrtc import compile_cubin
+from eomgen.toolchain.cache import Cache
 
 ROOT = Path(__file__).parents[2]
 TABLE = Path(__file__).parent / "registers.json"
@@ -106,15 +110,24 @@ def usage(model: str, function: str) -> dict[str, int]:
     else:
         described = ROOT / "examples" / model / "scene.toml"
     step = function == "step"
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
         eomgen.generate(described, folder, None if step else [function.removesuffix("_rows")], target="cuda")
-        status, log = compile_text(Path(folder), "-arch=sm_90", "--ptxas-options=-v", step=step)
+        if not step:
+            texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()}
+            prefix = json.loads(texts.pop("manifest.json"))["model"]
+            code = compile_cubin(texts, f"{prefix}.cu", "sm_90", again=[ALL_REGISTERS], cache=Cache(folder / "cache"))
+            return dataclasses.asdict(code.usage[f"{prefix}_{function}_kernel"])
+        status, log = compile_text(folder, "-arch=sm_90", "--ptxas-options=-v", step=True)
     assert status == 0, log
-    part = next(text for text in log.split("Compiling entry function")[1:] if f"_{function}_kernel'" in text)
-    stack = re.findall(r"(\d+) bytes cumulative stack", part) or re.findall(r"(\d+) bytes stack frame", part)
+    part = next(text for text in log.split("Compiling entry function")[1:] if "_step_kernel'" in text)
+    (stack,) = re.findall(r"(\d+) bytes cumulative stack", part)
     (registers,) = re.findall(r"Used (\d+) registers", part)
-    spills = re.findall(r"(\d+) bytes spill", log if step else part)
-    return {"registers": int(registers), "stack": int(stack[0]), "spills": sum(map(int, spills))}
+    return {
+        "registers": int(registers),
+        "stack": int(stack),
+        "spills": sum(map(int, re.findall(r"(\d+) bytes spill", log))),
+    }
 
 
 if __name__ == "__main__":

@@ -327,6 +327,27 @@ def test_faults_of_a_text_are_shown(tmp_path: Any, monkeypatch: pytest.MonkeyPat
     assert (tmp_path / "failed" / folder.rpartition("/")[2] / "kernel.cu").read_text(encoding="utf-8") == "wrong"
 
 
+@pytest.mark.usefixtures("cupy")
+def test_a_call_in_a_record_of_a_graph_is_one_launch(stand_in: ctypes.CDLL) -> None:
+    model = model_of(PENDULUM)
+    functions, q, other = eomgen.gpu(model), rows(states(model)[0]), states(model, 1)[0]
+    out = rows(np.full((SAMPLES, model.nv, model.nv), np.nan))
+    counted = [b"copies", b"cuLaunchKernel"]
+    functions.mass(q, out=out)
+    out[:] = np.nan
+    before, memory = [*map(stand_in.stand_in_calls, counted)], stand_in.stand_in_memory()
+    stand_in.stand_in_record(len(functions._terms["mass"].blocks) + 2)
+    functions.mass(q, out=out)
+    with pytest.raises(ToolchainError, match=r"900.*; try: for a record of a graph: one call before it, and"):
+        eomgen.gpu(model).mass(q, out=out)
+    stand_in.stand_in_record(0)
+    assert [*map(stand_in.stand_in_calls, counted)] == [before[0], before[1] + 1]
+    assert np.isnan(out).all() and stand_in.stand_in_memory() == memory
+    q[:] = other
+    assert stand_in.stand_in_replay() == 1
+    assert np.array_equal(out, model.mass(other))
+
+
 def test_tensors_of_pytorch(stand_in: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch) -> None:
     torch = pytest.importorskip("torch")
     from eomgen.products.gpu import arrays

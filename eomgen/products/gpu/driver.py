@@ -25,8 +25,9 @@ NAMES = ("nvcuda.dll",) if sys.platform == "win32" else ("libcuda.so.1", "libcud
 BLOCK = 64
 _INSTALL = "the driver from nvidia.com/drivers, on a machine with a card of NVIDIA; nvidia-smi shows both"
 _WHERE = "driver of the card"
-#: Status of a call without memory, and of a call in a thread with no context or the context of another device.
-_NO_MEMORY, _OTHER_CONTEXT = 2, (201, 400)
+#: Status of a call without memory, of a call in a thread with no context or the context of another device, and of a
+#: call that no graph can record.
+_NO_MEMORY, _OTHER_CONTEXT, _RECORDED = 2, (201, 400), range(900, 908)
 _Read = TypeVar("_Read", bound=NDArray[Any])
 _POINTER, _SIZE, _INT, _UINT = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int, ctypes.c_uint
 #: Attributes of devices, and one of functions.
@@ -90,6 +91,8 @@ class Driver:
         meaning = (text.value or b"unknown").decode()
         fault = f"{name} failed with status {status}: {meaning} [E2273]"
         hint = "fewer samples" if status == _NO_MEMORY else "nvidia-smi, and a new process: errors of kernels stay"
+        if status in _RECORDED:
+            hint = "for a record of a graph: one call before it, and arrays on the card for all arguments"
         if name == "cuModuleLoadData":
             hint = f"a version of NVRTC that the driver knows, of CUDA {self.version} or older"
         return ToolchainError(Problem(_WHERE, fault, hint))

@@ -20,6 +20,9 @@ from eomgen.products.gpu.target import CUDA, cuda_files, fit_rows, functions_in_
 from eomgen.system.terms import Selection
 
 _FLOAT = "-DEOMGEN_REAL_FLOAT"
+#: For blocks of 144 threads at most, NVRTC 13 gives a thread all 255 registers; for 64 it gives some kernels 168, and
+#: spills the rest. Blocks have 64 threads all the same.
+ALL_REGISTERS = "-DEG_BOUND(threads)=144"
 #: The last Program whose text was written, by the content of the library: several terms of a model follow each other.
 _PROGRAMS: dict[bytes, Program] = {}
 
@@ -91,4 +94,4 @@ def compile_term(
 
     options = (*(() if fused else EXACT), *((_FLOAT,) if real == "float" else ()))
     every = term.encode() + b"\0" + content
-    return compile_cubin(texts, f"{layout['prefix']}.cu", architecture, options, content=every)
+    return compile_cubin(texts, f"{layout['prefix']}.cu", architecture, options, again=[ALL_REGISTERS], content=every)

@@ -39,13 +39,15 @@ LAYOUT = "layout.json"
 _SHOWN = 12
 #: A kernel in the report on registers, and numbers of its text, with the functions that it calls.
 _ENTRY, _REGISTERS = r"Compiling entry function '(\w+)'", r"Used (\d+) registers"
-_STACK, _SPILLS = r"(\d+) bytes (?:cumulative )?stack", r"(\d+) bytes spill (?:stores|loads)"
+_STACK, _SPILLS = r"(\d+) bytes (?:cumulative )?stack", r"(-?\d+) bytes spill (?:stores|loads)"
+#: Registers of a thread at most.
+_ALL = 255
 
 
 @dataclass(frozen=True)
 class Usage:
     """Memory for a thread of a kernel: ``registers``, bytes in the ``stack``, and bytes in ``spills``, for registers
-    that are stored and loaded again."""
+    that are stored in memory of the card and loaded again."""
 
     registers: int
     stack: int
@@ -66,9 +68,19 @@ class Cubin:
         """Memory for a thread, by the name of the kernel."""
         _, *parts = re.split(_ENTRY, self.log)
         return {
-            name: Usage(_numbers(_REGISTERS, text)[0], max(_numbers(_STACK, text)), sum(_numbers(_SPILLS, text)))
+            name: Usage(_numbers(_REGISTERS, text)[0], max(_numbers(_STACK, text)), _sum_of_spills(text))
             for name, text in zip(parts[::2], parts[1::2], strict=True)
         }
+
+    @property
+    def spills(self) -> int:
+        """Bytes of spills of all kernels."""
+        return sum(usage.spills for usage in self.usage.values())
+
+
+def _sum_of_spills(text: str) -> int:
+    """Return the bytes of spills of a kernel: the entry subtracts those in memory of the block."""
+    return max(0, sum(_numbers(_SPILLS, text)))
 
 
 def _numbers(pattern: str, text: str) -> list[int]:
@@ -81,6 +93,7 @@ def compile_cubin(
     architecture: str,
     options: Sequence[str] = EXACT,
     *,
+    again: Sequence[str] = (),
     content: bytes = b"",
     cache: Cache | None = None,
 ) -> Cubin:
@@ -97,6 +110,9 @@ def compile_cubin(
         Such as ``sm_90``.
     options : sequence of str
         Further options of NVRTC.
+    again : sequence of str
+        More options, for a second compilation if kernels spill registers although some are free; the code with fewer
+        spills is taken.
     content : bytes
         Everything that the texts depend on, so that these are made only if the cache has no machine code.
     cache : Cache, optional
@@ -109,18 +125,22 @@ def compile_cubin(
     """
     compiler, store = nvrtc(), Cache() if cache is None else cache
     every = (f"--gpu-architecture={architecture}", *OPTIONS, *options)
+    told = "\0".join(("cubin", compiler.identity, name, *every, *again, ""))
     if not callable(texts):
         content = "\0".join(chain.from_iterable(sorted(texts.items()))).encode()
-    key = hashlib.sha256("\0".join(("cubin", compiler.identity, name, *every, "")).encode() + content).hexdigest()
+    key = hashlib.sha256(told.encode() + content).hexdigest()
 
     def fill(folder: Path) -> None:
         files = texts() if callable(texts) else texts
         write_texts(folder, files)
-        image, log = compiler.compile(files, name, every)
+        code = Cubin(*compiler.compile(files, name, every))
+        if again and any(usage.spills and usage.registers < _ALL for usage in code.usage.values()):
+            second = Cubin(*compiler.compile(files, name, (*every, *again)))
+            code = min(code, second, key=lambda each: each.spills)
         for file in files.keys() - {LAYOUT}:
             (folder / file).unlink()
-        (folder / _CUBIN).write_bytes(image)
-        (folder / _LOG).write_text(log, encoding="utf-8")
+        (folder / _CUBIN).write_bytes(code.image)
+        (folder / _LOG).write_text(code.log, encoding="utf-8")
 
     try:
         entry = store.take(key, fill)
