@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,6 @@ from eomgen.base.messages import first_of, nearest, shown
 from eomgen.base.rounding import WRITTEN
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import OTHER_VALUES, evaluate, evaluate_batch, symbols
-from eomgen.formula.nodes import Formula
 from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
 from eomgen.lie.product import Factor
@@ -295,14 +295,12 @@ class Requirements:
 
     def _broken(self, rows: Array) -> NDArray[np.bool_]:
         """Return a mask of the sets of parameters (n, np) that break a requirement, all at once."""
-        values: dict[str, float | Array] = {**self._fixed, **dict(zip(self.names, rows.T, strict=True))}
+        varied = (column if (column != column[0]).any() else column[0] for column in rows.T)
+        values: dict[str, float | Array] = {**self._fixed, **dict(zip(self.names, varied, strict=True))}
         result = np.zeros(len(rows), dtype=bool)
-        known: dict[Formula, Array] = {}
+        known = cache(lambda formula: evaluate_batch(formula, lambda symbol: values[symbol.name]))
         for item in self.required:
-            for formula in item.formulas:
-                if formula not in known:
-                    known[formula] = evaluate_batch(formula, lambda symbol: values[symbol.name])
-            numbers = [known[formula] for formula in item.formulas]
+            numbers = [known(formula) for formula in item.formulas]
             missing = [np.isnan(number) for number in numbers]
             if any(unknown.any() for unknown in missing):
                 numbers = [np.where(unknown, 1.0, number) for unknown, number in zip(missing, numbers, strict=True)]

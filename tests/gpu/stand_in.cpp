@@ -194,6 +194,11 @@ EXPORT status cuMemFree_v2(uint64_t address)
     free((void *)address);
     return 0;
 }
+EXPORT status cuMemsetD8_v2(uint64_t at, unsigned char byte, size_t size)
+{
+    memset((void *)at, byte, size);
+    return 0;
+}
 EXPORT status cuMemcpyHtoD_v2(uint64_t to, const void *from, size_t size)
 {
     count("copies");

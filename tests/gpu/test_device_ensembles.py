@@ -119,15 +119,12 @@ def test_methods_have_the_bits_of_the_processor(name: str, method: str, vary: di
     "name", covering(sorted(f"{file.parent.name}/scene.toml" for file in EXAMPLES.glob("*/scene.toml")))
 )
 def test_examples_have_the_bits_of_the_processor(name: str) -> None:
-    """Twenty steps and a shorter one, all columns; events and exact beams are refused."""
+    """Twenty steps and a shorter one, all columns."""
     model = eomgen.build(EXAMPLES / name, profile="reproducible")
     step = float(model.library.layout["defaults"]["step"])
     columns = [column for column in model.simulate(step, step, error_estimate=False).columns() if column != "t"]
     given: dict[str, Any] = {"vary": {model.v_names[0]: "uniform(0.01, 0.02)"}, "samples": 4, "columns": columns}
     cpu = model.simulate_many(20.3 * step, step, **given)
-    if model.library.layout["method"].get("events") or model.description.exact_beams:
-        assert "samples cannot run on a device" in refused(model, **given)
-        return
     gpu = model.simulate_many(20.3 * step, step, **given, device="gpu")
     for result in cpu.results:
         np.testing.assert_array_equal(cpu.results[result], gpu.results[result], err_msg=result)
@@ -236,16 +233,18 @@ def test_refusals(stand_in: ctypes.CDLL, tmp_path: Path) -> None:
     assert "there is no device '0'" in refused(swing, device=0)
     assert "a cluster is given too" in refused(swing, cluster="dask")
     stand_in.stand_in_room(ctypes.c_longlong(1000))
-    told = refused(swing)
+    told = refused(swing, folder=tmp_path / "runs")
     stand_in.stand_in_room(ctypes.c_longlong(2**32))
     assert "memory of stand-in: 8 samples need" in told and "1e-06 of 1e-06 GB are free" in told
     assert "record" in told and "fewer columns or points" in told
-    ball = built(EXAMPLES / "bouncing_ball" / "scene.toml", "rk4")
-    first = next(name for name in ball.q_names)
-    assert "the scene has events" in refused(ball, vary={first: "uniform(0.1, 0.2)"}, folder=tmp_path / "runs")
+    servo = {"type": "sampled", "sample": "20 ms", "signals": {"angle": "q.hinge"}}
+    efforts = {**SWING["efforts"], "motor": {"joint": "hinge", "effort": "servo"}}
+    steered = built({**SWING, "controllers": {"servo": servo}, "efforts": efforts}, "rk4")
+    told = refused(steered, controllers={"servo": lambda t, signals: 0.0}, folder=tmp_path / "runs")
+    assert (
+        "controllers are functions of Python, which no device can call" in told and "sampled controllers in C" in told
+    )
     assert not (tmp_path / "runs").exists()
-    single = eomgen.build(SWING, method="rk4", real="float")
-    assert "samples cannot run on a device: numbers are of type float" in refused(single)
 
 
 @pytest.mark.usefixtures("stand_in")

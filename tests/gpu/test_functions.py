@@ -408,3 +408,16 @@ def test_registers_stack_and_spills_of_the_log() -> None:
         "panda_mass_kernel": nvrtc.Usage(71, 0, 0),
         "panda_partials_kernel": nvrtc.Usage(255, 2216, 7136),
     }
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_inputs_and_states_that_a_scene_lacks_are_refused_as_by_the_processor() -> None:
+    model = model_of(PENDULUM)
+    functions, q = eomgen.gpu(model), np.zeros((3, 2))
+    for given in ({"u": np.ones((3, 1))}, {"z": np.ones((3, 1))}):
+        with pytest.raises(UsageError) as of_processor:
+            model.forward_dynamics(q, q, **given)
+        for kind in (np.asarray, cupy_array):
+            with pytest.raises(UsageError) as of_card:
+                functions.forward_dynamics(kind(q), kind(q), **{name: kind(array) for name, array in given.items()})
+            assert str(of_card.value) == str(of_processor.value)

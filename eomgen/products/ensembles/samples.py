@@ -311,6 +311,9 @@ class SampleRunner:
         shared = worth if samples <= worth else min(worth, -(-samples // 4))
         return max(1, shared, min(256, -(-samples // 16)))
 
+    def prepare(self, count: int) -> None:
+        """Raise an error if the device cannot run blocks of ``count`` samples; before a folder is made."""
+
     def block(self, first: int, count: int) -> SampleBlock | None:
         """Run `count` samples from number `first` on, and return them as a block; None if ``stop`` is set meanwhile."""
         values = self.design.values(first, count)

@@ -430,6 +430,8 @@ def side_by_side(
     """
     if chosen_lanes() is Choice.OFF:
         return f"{LANES_VARIABLE} is off"
+    if model.library.real != "double":
+        return f"numbers are of type {model.library.real}"
     runs = common_runs(model, options, varied_inputs, alike, columns, initial_varies=initial_varies)
     if isinstance(runs, str):
         return runs
@@ -451,8 +453,6 @@ def common_runs(
     others = sorted(set(options) - _OPTIONS)
     if others:
         return f"{others[0]} is given"
-    if model.library.real != "double":
-        return f"numbers are of type {model.library.real}"
     given_start = initial_varies or options.get("initial") is not None
     of_scene = str(model.library.layout["defaults"]["start"])
     at_rest = starts_at_equilibrium(options.get("start"), given_start, of_scene)

@@ -140,7 +140,7 @@ def simulate_many(
     device : str
         ``cpu``, or ``gpu`` for NVIDIA's cards: samples run and are reduced on the card, with the bits of runs in the
         profile ``reproducible``; means and deviations are summed in another order, and differ by rounding. Not for
-        scenes with events or exact beams, nor with ``cluster``.
+        controllers in Python, nor with ``cluster``.
     progress : callable or True
         As of ``simulate``, called with samples.
     error_estimate : bool
@@ -206,8 +206,7 @@ def simulate_many(
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options, _rest(model, items, options, pilot))
     work = runner(model, drawn, varied, (t_end, step), looked_at, times, thinned, alike, kept, keep_as, runs)
-    if device != "cpu":
-        _ = work.lanes  # a device that is not there, or refuses the scene, leaves no folder
+    work.prepare(block)  # a device that is not there, or refuses the scene or its memory, leaves no folder
     described = _description(work, pilot, vary, table, seed, block)
     threads = thread_count() if workers is None else count_of("workers", workers)
     with (

@@ -266,6 +266,11 @@ class Memory:
             raise NumericalError(Problem(f"memory of {device.name}", fault, "fewer samples")) from error
         self.pointer = address.value
 
+    def forget(self) -> Memory:
+        """Fill the memory with numbers that are not a number, and return it."""
+        self.device.call("cuMemsetD8_v2", ctypes.c_uint64(self.pointer), ctypes.c_ubyte(255), _SIZE(self.size))
+        return self
+
     def read(self, array: _Read) -> _Read:
         """Copy the memory to a contiguous array of the processor after the work of all streams; return the array."""
         self.device.wait()

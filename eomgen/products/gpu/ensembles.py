@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from eomgen.products.ensembles.samples import LaneRunner, SampleBlock, SampleRun
 from eomgen.products.ensembles.side_by_side import SideBySide, common_runs, machine_sizes
 from eomgen.products.ensembles.statistics import CENTROIDS, ReducedSamples, are_kept, places_of_centroids
 from eomgen.products.gpu.driver import Device, Function, Memory, Module, driver
-from eomgen.products.gpu.nvrtc import Cubin, compile_cubin
+from eomgen.products.gpu.nvrtc import EXACT, Cubin, compile_cubin
 from eomgen.products.gpu.target import CUDA, cuda_files
 from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Library
@@ -57,7 +58,8 @@ class _Kernels:
     Attributes
     ----------
     columns : number of columns of the record
-    rows : (rows, 2), steps before each row, and the code of its uses
+    rows : (rows, 3), steps before each row, and the codes of its uses, also for the row of an event before it
+    times : (rows,) s, from which on the row of an event before a row takes its place in the record
     """
 
     device: Device
@@ -65,6 +67,7 @@ class _Kernels:
     prefix: str
     columns: int
     rows: NDArray[np.intc]
+    times: Array
     places: int
 
     @property
@@ -99,29 +102,22 @@ class DeviceSamples(SampleRunner):
         """The runs of samples and their code, made at first use. Raises UsageError for parts of a run that no device
         has."""
         model, options = self.model, self.options
+        if self.options.common.get("controllers"):
+            fault = "controllers are functions of Python, which no device can call"
+            raise _refusal(fault, 'sampled controllers in C, or by formulas; device="cpu"')
         runs = self.setup_of(common_runs)
         if isinstance(runs, str):
             raise _refusal(runs)
-        library, method = runs.library, runs.library.layout["method"]
-        faults = [
-            (method.get("events"), "the scene has events, whose log a thread of a device has no room for"),
-            (method.get("samples", {}).get("from_caller"), "a controller of the caller is a function of this process"),
-            (model.description.exact_beams, "turns of exact beams are looked at in all rows"),
-        ]
-        for there, fault in faults:
-            if there:
-                raise _refusal(fault)
-        device = driver().device(0)
-        rows, recorded = self._rows(runs)
+        library, device = runs.library, driver().device(0)
         places = self.alike.places
         code = compile_runs(model, runs.run.name, library, self.columns, places, device.architecture)
         module = device.load(code.image)
-        kernels = _Kernels(device, module, library.layout["prefix"], len(self.columns), rows, recorded)
+        rows = self._rows(runs)
+        kernels = _Kernels(device, module, library.layout["prefix"], len(self.columns), *rows, len(self.thinned))
         return LaneRunner(model, options, runs), kernels
 
-    def _rows(self, runs: SideBySide) -> tuple[NDArray[np.intc], int]:
-        """Return the steps before each checked row and the code of its use, (rows, 2), and the number of rows of the
-        record."""
+    def _rows(self, runs: SideBySide) -> tuple[NDArray[np.intc], Array]:
+        """Return rows and times of ``_Kernels`` for each checked row."""
         grid, every = runs.run.grid, runs.between
         steps = [0, *[every] * (grid.whole // every), *filter(None, [grid.whole % every]), *[-1] * (grid.rest > 0.0)]
         count = len(steps)
@@ -132,11 +128,14 @@ class DeviceSamples(SampleRunner):
         if not runs.run.method.chooses_steps:
             use[3 * count // 4 :] |= 4
         use[recorded[self.thinned]] += 8 * np.arange(1, 1 + len(self.thinned), dtype=np.intc)
-        return np.ascontiguousarray(np.stack([np.array(steps, np.intc), use], axis=1)), len(self.thinned)
+        place = np.searchsorted(recorded, np.arange(count))  # an event's row follows the recorded rows before it
+        stopped = (use[recorded][place] & ~7) | (use[-1] & 4) | 3
+        times = np.append(self.times[:-1], -np.inf)[place]  # as the last row it ends the record of a whole run
+        return np.ascontiguousarray(np.stack([np.array(steps, np.intc), use, stopped], axis=1)), times
 
     @property
     def lanes(self) -> LaneRunner | str:
-        """The runner of samples, for which the code is compiled at first use, and memory is planned."""
+        """The runner of samples, for which the code is compiled at first use."""
         return self._setup[0]
 
     @property
@@ -151,6 +150,34 @@ class DeviceSamples(SampleRunner):
         row = np.concatenate([[runs.run.grid.start], self.model.initial_q])[np.newaxis, np.newaxis]
         return float(machine_sizes(self.model, row, runs.run.parameters[np.newaxis])[0])
 
+    def prepare(self, count: int) -> None:
+        """Compile the code at first use. Raises UsageError for parts of a run that no device has, and NumericalError if
+        the device has not the memory for a chunk of ``count`` samples."""
+        lanes, kernels = self._setup
+        model, cells = self.model, len(self.columns) * len(self.thinned)
+        parts = 1 << ((count - 1).bit_length() + 1) // 2
+        each = 2 + len(model.parameters) + 3 * kernels.columns + model.nq + 2 * model.nv + model.nz + model.nu
+        rows = len(lanes.runs.input_times) * model.nu if lanes.runs.needs_input_tables else 0
+        alike = all(item.block in ("q", "v", "z") for item in self.options.items)
+        needed = {
+            "record": 8 * cells * count,
+            "samples": 8 * count * each,
+            "inputs": 8 * rows * (1 if alike else count),
+            "sums": 8 * parts * cells * (4 + (kernels.columns + 1) // 2),
+            "stacks of threads": kernels.runs.local_bytes * kernels.device.processors * _RESIDENT,
+        }
+        free, total = kernels.device.memory()
+        if sum(needed.values()) > free:
+            parts_of = ", ".join(f"{name} {size / 1e9:.3g} GB" for name, size in needed.items() if size)
+            fault = f"{count} samples need {sum(needed.values()) / 1e9:.3g} GB ({parts_of}), and {free / 1e9:.3g} of"
+            fault = f"{fault} {total / 1e9:.3g} GB are free [E2303]"
+            raise NumericalError(Problem(f"memory of {kernels.device.name}", fault, "fewer columns or points"))
+
+    @property
+    def _number(self) -> type[np.floating[Any]]:
+        """Number type of the model on the device; parameters and results are doubles."""
+        return np.float32 if self.model.library.real == "float" else np.float64
+
     # -- a chunk -------------------------------------------------------------------------------------------------------
 
     def block(self, first: int, count: int) -> SampleBlock | None:
@@ -160,8 +187,7 @@ class DeviceSamples(SampleRunner):
         values = self.design.values(first, count)
         parameters, inputs, starts, alone = lanes.begin(values, common=True)
         cells = len(self.columns) * len(self.thinned)
-        self._plan(count, parameters, inputs, cells)
-        record = kernels.device.allocate(8 * cells * count)
+        record = kernels.device.allocate(8 * cells * count).forget()
         extremes, findings, most = self._run(lanes, kernels, parameters, inputs, starts, record)
         alone[[number - first for number in self.keep if 0 <= number - first < count]] = True
         alone |= (findings != 0) | ~(most <= _VIOLATION * self._size)
@@ -212,20 +238,21 @@ class DeviceSamples(SampleRunner):
         if not (parameters != parameters[0]).any():
             parameters = parameters[:1]
         extremes, most = np.empty((3, columns, count)), np.empty(count)
-        findings, steps = np.empty(count, np.intc), np.empty(count, np.intc)
+        findings = np.empty(count, np.intc)
         arguments = [
             place(numbers[np.newaxis]),
             place(parameters),
             place(states),
             place(held),
-            place(tables, along=True),
+            place(tables if tables is None else tables.astype(self._number), along=True),
             memory(device.upload(kernels.rows)),
+            memory(device.upload(kernels.times)),
             ctypes.c_int(len(kernels.rows)),
             ctypes.c_double(run.grid.rest),
             ctypes.c_double(run.grid.end),
             memory(record),
         ]
-        results: list[NDArray[Any]] = [extremes, findings, most, steps]
+        results: list[NDArray[Any]] = [extremes, findings, most]
         there = [device.allocate(array.nbytes) for array in results]
         arguments += [*map(memory, there), ctypes.c_longlong(count)]
         kernels.runs.launch(count, arguments)
@@ -302,32 +329,14 @@ class DeviceSamples(SampleRunner):
         kernels.reduce("eg_centroids", result.size, record, at, there, len(edges), CENTROIDS, count)
         return there.read(result), np.diff(edges).astype(float).reshape(result.shape)
 
-    def _plan(self, count: int, parameters: Array, inputs: Array | None, cells: int) -> None:
-        """Raise NumericalError if the device has not the memory for a chunk."""
-        kernels = self._setup[1]
-        parts = 1 << ((count - 1).bit_length() + 1) // 2
-        needed = {
-            "record": 8 * cells * count,
-            "samples": 8 * count * (2 + parameters.shape[1] + 3 * kernels.columns + self.model.nq + 2 * self.model.nv),
-            "inputs": 0 if inputs is None else inputs.nbytes,
-            "sums": 8 * parts * cells * (4 + (kernels.columns + 1) // 2),
-            "stacks of threads": kernels.runs.local_bytes * kernels.device.processors * _RESIDENT,
-        }
-        free, total = kernels.device.memory()
-        if sum(needed.values()) > free:
-            parts_of = ", ".join(f"{name} {size / 1e9:.3g} GB" for name, size in needed.items() if size)
-            fault = f"{count} samples need {sum(needed.values()) / 1e9:.3g} GB ({parts_of}), and {free / 1e9:.3g} of"
-            fault = f"{fault} {total / 1e9:.3g} GB are free [E2303]"
-            raise NumericalError(Problem(f"memory of {kernels.device.name}", fault, "fewer columns or points"))
-
 
 def _cells(record: Array) -> Array:
     """Return the numbers (times, columns, n) by column and time, (columns * times, n)."""
     return np.ascontiguousarray(record.transpose(1, 0, 2)).reshape(-1, record.shape[2])
 
 
-def _refusal(fault: str) -> UsageError:
-    return UsageError(Problem("device", f"samples cannot run on a device: {fault} [E2304]", 'device="cpu"'))
+def _refusal(fault: str, remedy: str = 'device="cpu"') -> UsageError:
+    return UsageError(Problem("device", f"samples cannot run on a device: {fault} [E2304]", remedy))
 
 
 def compile_runs(
@@ -343,10 +352,14 @@ def compile_runs(
     document, front_end = as_document(model.scene)
     selection = Selection.from_data(library.layout["selection"])  # derived with other terms, equations have other bits
     if selection.terms is not None:
-        wanted = [name for name in ("outputs", "energy") if name in model.functions]
+        wanted = [name for name in ("outputs", "energy", "poses") if name in model.functions]
         selection = Selection(tuple(dict.fromkeys((*selection.terms, *wanted))), selection.start)
     values = [f"take({k}, {_value(model, library, *places[name])})" for k, name in enumerate(columns)]
     head = f"#define EG_COLUMN_COUNT {len(columns)}\n#define EG_COLUMNS(take) {' '.join(values)}\n"
+    if model.description.exact_beams and "poses" in model.functions:
+        pose = {name: f"{7 * k}" for k, name in enumerate(model.bodies)}
+        pairs = (f"{{ {pose[a]}, {pose[b]} }}" for nodes in model.description.exact_beams for a, b in pairwise(nodes))
+        head += f"#define EG_TURNS {{ {', '.join(pairs)} }}\n"
 
     def texts() -> Mapping[str, str]:
         program, refusal = exported_program(document, front_end, CUDA, selection.terms, method)
@@ -355,7 +368,8 @@ def compile_runs(
         return {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, called=())}
 
     content = library_content(document, front_end, selection, method) + head.encode()
-    return compile_cubin(texts, _NAME, architecture, content=content)
+    options = (*EXACT, *(["-DEOMGEN_REAL_FLOAT"] if library.real == "float" else []))
+    return compile_cubin(texts, _NAME, architecture, options, content=content)
 
 
 def _value(model: CompiledModel, library: Library, group: str, index: int) -> str:
@@ -364,7 +378,7 @@ def _value(model: CompiledModel, library: Library, group: str, index: int) -> st
     if kind == "input":
         return f"input[{index}]"
     if kind == "energy":
-        return "energy[0] + energy[1]" if name == "total" else f"energy[{ENERGIES.index(name)}]"
+        return "(double)energy[0] + energy[1]" if name == "total" else f"energy[{ENERGIES.index(name)}]"
     if kind == "output":
         items = model.library.layout["outputs"]
         names = [item["name"] for item in items]

@@ -117,6 +117,7 @@ class GpuFunctions:
         self._model, self._real, self._fused = model, real, fused
         self._device = driver().device(device)
         self._type = np.dtype(_TYPES[real])
+        self._lacking = [block for block, size in (("u", model.nu), ("z", model.nz)) if not size]
         self._terms: dict[str, Term] = {}
         self._calls: dict[tuple[Hashable, ...], Call] = {}
         self._lock = threading.Lock()
@@ -281,6 +282,9 @@ class GpuFunctions:
         if not given.keys() <= _KNOWN:
             fault = f"there is no argument {min(given.keys() - _KNOWN)} [E2293]"
             raise UsageError(Problem(term, fault, f"one of {', '.join(_NAMES)}"))
+        for block in self._lacking:
+            if given.get(block) is not None:  # refused as by the processor, unless it is empty
+                self._numbers(block, np.zeros(np.shape(given[block])), {})
         for value in given.values():
             if (package := package_of(value)) is not None:
                 return self._launch(term, given, package, value, out, stream)

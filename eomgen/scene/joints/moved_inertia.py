@@ -40,31 +40,23 @@ class MovedPart:
     position: int = 0
 
 
-def _spatial_inertia(parts: Sequence[MovedPart], values: Array, *, about_center: bool) -> Array:
-    """Return the (..., 6, 6) inertia of an assembly about the first part's origin, or about the common centre of mass,
-    angular part first; carriers come before the carried parts. ``values`` are the numbers (..., n) of the parts."""
+def _moved_bodies(parts: Sequence[MovedPart], numbers: Sequence[Numbers]) -> list[tuple[Array, Array, Array]]:
+    """Return for each part of an assembly the mass (...), the centre of mass (..., 3) in the frame of the first part,
+    and the inertia (..., 3, 3) about this centre; carriers come before the carried parts. Numbers that are alike in a
+    whole batch are not repeated."""
     origins: list[Array] = []
     bodies: list[tuple[Array, Array, Array]] = []
     for part in parts:
         origin = np.zeros(3)
         if part.carrier is not None:
-            shift = values[..., part.position : part.position + 3]
+            shift = stack_numbers(numbers[part.position : part.position + 3])
             origin = origins[part.carrier] + shift @ parts[part.carrier].orientation.T
         origins.append(origin)
-        center = origin + values[..., part.start + 1 : part.start + 4] @ part.orientation.T
-        inertia_about_center = part.orientation @ values[..., part.start + 4 + PLACES] @ part.orientation.T
-        bodies.append((values[..., part.start, np.newaxis], center, inertia_about_center))
-    mass = sum(body[0] for body in bodies)
-    point = sum(body[0] * body[1] for body in bodies) / (mass + (mass == 0.0)) if about_center else np.zeros(3)
-    spatial = np.zeros((*np.shape(mass)[:-1], 6, 6))
-    for weight, center, inertia_about_center in bodies:
-        arm = skew(center - point)
-        moment = weight[..., np.newaxis] * arm
-        spatial[..., :3, :3] += inertia_about_center - moment @ arm
-        spatial[..., :3, 3:] += moment
-        spatial[..., 3:, :3] -= moment
-    spatial[..., [3, 4, 5], [3, 4, 5]] = mass
-    return spatial
+        mass, *center = numbers[part.start : part.start + 4]
+        inertia = stack_numbers(numbers[part.start + 4 : part.start + 10])[..., PLACES]
+        turned = part.orientation @ inertia @ part.orientation.T
+        bodies.append((np.asarray(mass), origin + stack_numbers(center) @ part.orientation.T, turned))
+    return bodies
 
 
 @dataclass(frozen=True)
@@ -93,16 +85,25 @@ class MovableInertia:
     hint: str
     stage: int = 2
 
-    def _inertia(self, values: Array) -> Array:
+    def _inertia(self, numbers: Sequence[Numbers]) -> Array:
         """Return the joint's inertia matrix (..., n, n) without units: turns by the trace of the inertia, travels by
         the mass."""
-        spatial = _spatial_inertia(self.parts, values, about_center=self.kind.has("free"))
-        subspace = self.subspaces[0] + values[..., self.pitch, np.newaxis, np.newaxis] * self.subspaces[1]
-        inertia = np.swapaxes(subspace, -1, -2) @ spatial @ subspace
+        bodies, point = _moved_bodies(self.parts, numbers), np.zeros(3)
+        mass = np.asarray(sum(body[0] for body in bodies))
+        if self.kind.has("free"):
+            point = sum(body[0][..., np.newaxis] * body[1] for body in bodies) / (mass + (mass == 0.0))[..., np.newaxis]
+        subspace = self.subspaces[0] + np.asarray(numbers[self.pitch])[..., np.newaxis, np.newaxis] * self.subspaces[1]
+        turning, travel = subspace[..., :3, :], subspace[..., 3:, :]
+        inertia, trace = np.zeros(()), np.zeros(())
+        for weight, center, about_center in bodies:
+            speeds = travel - skew(center - point) @ turning
+            inertia = inertia + np.swapaxes(turning, -1, -2) @ about_center @ turning
+            inertia = inertia + weight[..., np.newaxis, np.newaxis] * (np.swapaxes(speeds, -1, -2) @ speeds)
+            turned = about_center[..., 0, 0] + about_center[..., 1, 1] + about_center[..., 2, 2]
+            trace = trace + turned + 2.0 * weight * np.sum((center - point) ** 2, axis=-1)
         turns = np.array([unit == "rad" for unit in self.kind.units])
-        trace, mass = spatial[..., 0, 0] + spatial[..., 1, 1] + spatial[..., 2, 2], spatial[..., 3, 3]
         if self.rotors:
-            rotors = values[..., list(self.rotors)]
+            rotors = stack_numbers([numbers[index] for index in self.rotors])
             inertia = inertia + rotors[..., np.newaxis] * np.eye(len(turns))
             trace, mass = trace + rotors @ turns, mass + rotors @ ~turns
         size = np.where(turns, trace[..., np.newaxis], mass[..., np.newaxis])
@@ -111,9 +112,9 @@ class MovableInertia:
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
         with np.errstate(all="ignore"):  # numbers near the largest double are refused elsewhere
-            inertia = self._inertia(stack_numbers(numbers))
-        finite = np.isfinite(inertia).all(axis=(-2, -1), keepdims=True)
-        least = np.linalg.eigvalsh(np.where(finite, inertia, np.eye(len(self.kind.units))))[..., 0]
+            inertia = self._inertia(numbers)
+        sound = np.where(np.isfinite(inertia).all(axis=(-2, -1), keepdims=True), inertia, np.eye(inertia.shape[-1]))
+        least = sound[..., 0, 0] if sound.shape[-1] == 1 else np.linalg.eigvalsh(sound)[..., 0]
         return (least <= NO_INERTIA) & _all_zero([numbers[index] for index in self.followers])
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
