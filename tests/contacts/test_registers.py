@@ -21,7 +21,6 @@ quadratic = ContactLaw(
 )
 friction_laws.LAWS["quadratic"] = quadratic
 contact_pairs.LOWEST["ball"] = contact_pairs.LOWEST["sphere"]
-contact_pairs.ROUND = (*contact_pairs.ROUND, "ball")
 from eomgen.products.contacts import section
 section.SHAPES["ball"] = section.SHAPES["sphere"]
 

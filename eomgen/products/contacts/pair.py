@@ -14,7 +14,7 @@ from eomgen.formula.nodes import ZERO
 from eomgen.mechanics.forces.contact_pairs import ROUND, body_contact, surface_at
 from eomgen.mechanics.forces.frame_pairs import FramePair
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.products.contacts.section import WHEELS, Contact
+from eomgen.products.contacts.section import SHAPES, Contact
 from eomgen.products.contacts.surfaces import FOLLOWER
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, plus, scaled, transpose
@@ -83,7 +83,7 @@ class PairMotion:
     def tangents(self) -> tuple[Vector, Vector]:
         """Directions of the surface; of a wheel heading and lateral direction. Raises ModelError for a wheel's axis
         normal to the surface."""
-        if self._item.shape not in WHEELS:
+        if SHAPES[self._item.shape][1] != "z":
             return self._tangents
         sideways = minus(self.axis, scaled(dot(self.axis, self.normal), self.normal))
         level = self.algebra.length(sideways)

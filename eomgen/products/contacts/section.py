@@ -46,8 +46,8 @@ else:
     NormalEntry = table_of("NormalEntry", "A law of the normal force.", normal_laws.LAWS)
     TangentialEntry = table_of("TangentialEntry", "A law of the tangential force.", friction_laws.LAWS, **KEYS)
 
-#: Keys of each shape, with examples, and the axes of the second frame that it needs; functions of the same names are in
-#: ``mechanics/forces/contact_pairs.py``.
+#: Keys of each shape, with examples, and the axes of the second frame that it needs, z of wheels, which slip along and
+#: across it; functions of the same names are in ``mechanics/forces/contact_pairs.py``.
 SHAPES: Mapping[str, tuple[str, Need]] = {
     "point": ("", "nothing"),
     "sphere": ("radius=0.1", "nothing"),
@@ -56,8 +56,6 @@ SHAPES: Mapping[str, tuple[str, Need]] = {
     "ellipsoid": ("semi_axes=[0.2,0.03,0.02]", "any"),
     FOLLOWER: ("radius=0.3", "z"),
 }
-#: Shapes about an axis, along and across which they slip.
-WHEELS = ("disc", "torus", FOLLOWER)
 
 
 class ContactEntry(Table):
