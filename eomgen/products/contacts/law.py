@@ -99,10 +99,10 @@ def add_contact(loads: Loads, item: Contact, quantities: Quantities) -> None:
         if link < 0:  # base and world take no load
             continue
         to_link, sign = transpose(motion.pair.kinematics.pose(link)[0]), 1.0 if frame is item.second else -1.0
-        with_arm = friction if motion.round and frame is item.second else force
-        about_origin = plus(moment, cross(minus(motion.point, pose.origin), with_arm))
-        pushed, turned = (apply(to_link, scaled(sign, part)) for part in (force, about_origin))
-        wrench = (plus(turned, cross(origin, pushed)), pushed)
+        through_centre = motion.round and item.tangential is None and frame is item.second
+        arm = apply(to_link, minus(pose.origin if through_centre else motion.point, pose.origin))
+        pushed, turned = (apply(to_link, scaled(sign, part)) for part in (force, moment))
+        wrench = (plus(turned, cross(plus(origin, arm), pushed)), pushed)
         add_wrench(loads.wrenches, link, wrench)
         if opposite.body == WORLD:
             add_wrench(loads.external, link, wrench)
