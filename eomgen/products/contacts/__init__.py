@@ -7,6 +7,7 @@ __all__ = []
 PRODUCT = Product(
     rows={
         "eomgen.sections": (LateRow("contacts", "eomgen.products.contacts.section:SECTION", behind="tyres"),),
+        "eomgen.info": ("eomgen.products.contacts.info:INFO",),
         "eomgen.checks": ("eomgen.products.contacts.step_check:ROWS",),
         "eomgen.starts": (LateRow("contacts", "eomgen.products.contacts.step_check:sentences"),),
     },
