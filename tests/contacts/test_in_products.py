@@ -65,8 +65,8 @@ SCENES = {
     },
 }
 in_turn = pytest.mark.parametrize("name", SCENES)
-#: The tyre's file has the most code: others are in the tier above.
-long_tyre = pytest.mark.long_cases("magic_formula")
+#: Bristles are in the tier above.
+long_others = pytest.mark.long_except("bristles")
 
 
 @cache
@@ -91,7 +91,7 @@ def states(model: eomgen.Model) -> list[dict[str, Array]]:
 
 
 @pytest.mark.slow
-@long_tyre
+@long_others
 @in_turn
 def test_functions_for_casadi_are_finite_at_the_edges_and_of_the_model(name: str) -> None:
     """First and second derivatives in the air, at the gap 0, in a standing and in a moving contact."""
@@ -108,7 +108,7 @@ def test_functions_for_casadi_are_finite_at_the_edges_and_of_the_model(name: str
 
 
 @pytest.mark.slow
-@long_tyre
+@long_others
 @in_turn
 def test_functions_for_jax_have_the_values_and_slopes_of_the_model(name: str) -> None:
     jax = import_module("jax")
@@ -127,7 +127,7 @@ def test_functions_for_jax_have_the_values_and_slopes_of_the_model(name: str) ->
 
 
 @pytest.mark.slow
-@long_tyre
+@long_others
 @in_turn
 def test_derivatives_of_runs_are_differences_of_runs(name: str) -> None:
     model, options = model_of(name), {"t_end": 0.02, "step": 2e-5, "method": "trapezoidal"}
@@ -140,7 +140,7 @@ def test_derivatives_of_runs_are_differences_of_runs(name: str) -> None:
 
 
 @pytest.mark.slow
-@long_tyre
+@long_others
 @in_turn
 def test_lanes_have_the_bits_of_single_runs(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     model, used = model_of(name, "reproducible"), list[Any]()
@@ -181,7 +181,7 @@ def test_fmus_run_in_both_kinds(name: str, version: int) -> None:
 
 
 @pytest.mark.slow
-@long_tyre
+@long_others
 @in_turn
 def test_live_pages_have_the_digits_of_the_run(name: str, tmp_path: Path) -> None:
     model = model_of(name, "reproducible")
@@ -195,7 +195,7 @@ def test_live_pages_have_the_digits_of_the_run(name: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-@long_tyre
+@long_others
 @in_turn
 def test_the_text_for_a_card_has_the_bits_of_the_c(name: str, tmp_path: Path, rng: np.random.Generator) -> None:
     """Compiled by g++ for the host."""
