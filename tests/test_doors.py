@@ -98,7 +98,7 @@ TABLE_OF_DOORS: dict[str, str] = {
         "base cli codegen errors formula integrators.compositions mechanics scene symbolic system toolchain"
     ),
     "products.contacts": (
-        "base compiled errors formula integrators lie mechanics results scene simulation symbolic system"
+        "base cli compiled errors formula integrators lie mechanics results scene simulation symbolic system"
     ),
     "products.fmu": "base cli codegen errors formula pipeline scene system toolchain",
     "products.fields": "base cli codegen errors formula integrators lie pipeline scene symbolic system toolchain",

@@ -43,9 +43,27 @@ def falls(laws: tuple[str, ...], height: float = 0.405, velocity: str = "[0, 2, 
     return FREE.format(height, velocity) + contact("floor", FLOOR, 'body = "ball"', *laws)
 
 
+#: A second body that a link carries along: both masses hit.
+TIED = """
+[bodies.load]
+mass = 3
+inertia = [1, 1, 1]
+[joints.load]
+type = "prismatic"
+parent = "base"
+child = "load"
+axis = [0, 0, 1]
+initial = { position = 0.45 }
+[constraints.tie]
+type = "distance"
+first = { body = "ball" }
+second = { body = "load", position = [0, 0, 1] }
+length = 1.0
+"""
 SCENES = {
     "drop": RAIL.format(0.45) + contact("floor", FLOOR, 'body = "ball"', LINEAR),
     "rest": RAIL.format(0.39999) + contact("floor", FLOOR, 'body = "ball"', LINEAR),
+    "tied": RAIL.format(0.45) + TIED + contact("floor", FLOOR, 'body = "ball"', LINEAR),
     "rise": RAIL.format("0.45, velocity = 30") + contact("floor", FLOOR, 'body = "ball"', LINEAR),
     "coulomb": falls((SOFT, 'type = "coulomb", friction = 0.5, velocity = 0.5')),
     "bristles": falls((SOFT, BRISTLES)),
@@ -72,6 +90,13 @@ def built(scene: str) -> Model:
             "do not resolve the impact at the contact floor with 0.99 m/s, which lasts 0.0031",
         ),
         ("drop", "trapezoidal", 5e-4, ""),
+        (
+            "tied",
+            "trapezoidal",
+            3e-3,
+            "do not resolve the impact at the contact floor with 0.99 m/s, which lasts 0.0063",
+        ),
+        ("tied", "trapezoidal", 1e-3, ""),
         ("rest", "rk4", 5e-3, "grow with the normal force"),
         ("rest", "trapezoidal", 5e-3, ""),
         ("rise", "rk4", 5e-3, ""),

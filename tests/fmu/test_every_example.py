@@ -71,11 +71,14 @@ def model_of(name: str) -> eomgen.Model:
 
 @cache
 def file_of(name: str, version: int) -> Path:
-    """Return the folder of an FMU whose library is built from the sources, without a warning."""
-    folder = sources_of(name, version)
+    return library_of(sources_of(name, version), version, sharing=name in SHARING)
+
+
+def library_of(folder: Path, version: int, *, sharing: bool = False) -> Path:
+    """Return the folder of an FMU after its library was built from the sources, without a warning."""
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-fPIC", "-shared"]
     flags += [f"-I{template_folder() / 'fmu' / f'fmi{version}'}", f"-DFMI{version}_OVERRIDE_FUNCTION_PREFIX"]
-    flags += ["-Wno-restrict", "-Wno-unused-parameter"] if name in SHARING else []
+    flags += ["-Wno-restrict", "-Wno-unused-parameter"] if sharing else []
     identifier = fmpy.read_model_description(str(folder)).coSimulation.modelIdentifier
     library = folder / this_machine(version).library_path(version, identifier)
     library.parent.mkdir(parents=True)
@@ -87,7 +90,11 @@ def file_of(name: str, version: int) -> Path:
 
 def sources_of(name: str, version: int) -> Path:
     """Return a new folder of an FMU without a library."""
-    file = written(scene_of(name), version, binary=False)
+    return unpacked(written(scene_of(name), version, binary=False))
+
+
+def unpacked(file: Path) -> Path:
+    """Return the folder of an FMU without a library."""
     folder = file.with_suffix("")
     with zipfile.ZipFile(file) as archive:
         archive.extractall(folder)

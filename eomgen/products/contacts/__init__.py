@@ -10,6 +10,7 @@ PRODUCT = Product(
             LateRow("tyres", "eomgen.products.contacts.tyres:SECTION", behind="bushings"),
             LateRow("contacts", "eomgen.products.contacts.section:SECTION", behind="tyres"),
         ),
+        "eomgen.info": ("eomgen.products.contacts.info:INFO",),
         "eomgen.checks": ("eomgen.products.contacts.step_check:ROWS",),
         "eomgen.starts": (LateRow("contacts", "eomgen.products.contacts.step_check:sentences"),),
     },

@@ -42,6 +42,8 @@ from eomgen.symbolic.tape import Tape
 
 #: Time after which the gap is asked for again, s.
 _SOON = 1e-5
+#: Laws that a library keeps, by contact and parameters.
+_MOST_LAWS = 64
 #: Results of laws along the rows of ``_Pair.directions``, and the motions on which they depend.
 _FORCES = ("force_x", "force_y", "force", "moment_x", "moment_y", "moment_z")
 _MOTIONS = tuple(name for name in LOCAL_NAMES if name not in ("deflection", "load", "camber"))
@@ -94,6 +96,54 @@ class _Bodies(NamedTuple):
         return turning.T, moving.T
 
 
+class _Laws:
+    """Forces of a contact and rates of its internal states, as functions of ``_MOTIONS`` and ``states``, by name."""
+
+    def __init__(self, item: Contact, values: Mapping[str, float]) -> None:
+        self._name, numbers = item.name, _Numbers(values)
+        algebra, tape, zero = numbers.algebra, numbers.algebra.tape, numbers.algebra.zero
+        friction = None if item.tangential is None else friction_laws.LAWS[item.tangential.name]
+        self.states = [] if friction is None else [*friction.states]
+        self._inputs = [*_MOTIONS, *self.states]
+        known = {name: Scalar(tape, tape.input("local", k)) for k, name in enumerate(self._inputs)}
+        known |= {"deflection": algebra.call(Op.MAX, -known["gap"], zero), "camber": zero}
+        results, normal = dict.fromkeys(_FORCES, zero), normal_laws.LAWS.get(item.normal.name, OF_FILE)
+        for law, applied in ((normal, item.normal), (friction, item.tangential)):
+            if law is not None and applied is not None:
+                keys = {name: self._key(numbers, known, value) for name, value in applied.values.items()}
+                results |= law.record(algebra, {**known, **keys})
+                known["load"] = results["force"]
+        self._tape, self._results = tape, [results[name].ref for name in (*_FORCES, *map(rate_name, self.states))]
+        symbols = [known[name].ref for name in self._inputs]
+        self._slopes = [slope for result in self._results for slope in gradient(tape, result, symbols)]
+
+    def _key(self, numbers: _Numbers, known: Mapping[str, Scalar], formula: Formula) -> Scalar:
+        local = {of: known[name] for name, of in LOCAL_NAMES.items() if name in known}
+
+        def value(symbol: Symbol) -> Scalar:
+            return local[symbol.kind] if symbol.name == self._name and symbol.kind in local else numbers(symbol)
+
+        return record(numbers.algebra, formula, value)
+
+    def _at(self, refs: list[int], motions: Mapping[str, float | Array]) -> Array:
+        columns = np.broadcast_arrays(*(motions.get(name, 0.0) for name in self._inputs))
+        with np.errstate(all="ignore"):
+            return evaluate(self._tape, refs, {"local": np.stack(columns, axis=-1)})
+
+    def loads(self, depths: Array) -> Array:
+        """Return the normal force at deflections, N."""
+        return self._at(self._results[2:3], {"gap": -depths})[..., 0]
+
+    def rates(self, motions: Mapping[str, float | Array]) -> Array:
+        """Return the rates of internal states, (..., states)."""
+        return self._at(self._results[len(_FORCES) :], motions)
+
+    def slopes(self, motions: Mapping[str, float | Array]) -> dict[str, Array]:
+        """Return the partials of forces and rates of states in each motion and state, by name."""
+        table = self._at(self._slopes, motions).reshape(len(self._results), -1)
+        return dict(zip(self._inputs, table.T, strict=True))
+
+
 class _Pair:
     """A contact at a start.
 
@@ -101,16 +151,14 @@ class _Pair:
     ----------
     gap : m
     directions : velocities along and about the axes of the contact, for unit velocities, (6, nv)
-    motions : the quantities of ``_MOTIONS`` but the gap, for unit velocities, by name, (nv,) each
-    states : names of the internal states
+    place : coordinates of the contact point in the first frame, m, by name
+    motions : the quantities of ``_MOTIONS`` that are velocities, for unit velocities, by name, (nv,) each
     """
 
-    def __init__(self, item: Contact, bodies: _Bodies, values: Mapping[str, float]) -> None:
-        self.name, numbers = item.name, _Numbers(values)
-        algebra, tape, zero = numbers.algebra, numbers.algebra.tape, numbers.algebra.zero
-        geometry = bodies.motion(item, numbers)
+    def __init__(self, item: Contact, laws: _Laws, bodies: _Bodies, values: Mapping[str, float]) -> None:
+        self.name, self.laws, geometry = item.name, laws, bodies.motion(item, _Numbers(values))
         self.gap = _values([geometry.gap])[0]
-        self._place = {f"contact_{axis}": _values([value])[0] for axis, value in geometry.place.items()}
+        self.place = {f"contact_{axis}": float(_values([value])[0]) for axis, value in geometry.place.items()}
         turning, moving = bodies.velocities(item, _values(geometry.point))
         at_centre = bodies.velocities(item, _values(geometry.pair.second.origin))[1]
         axes = np.array([_values(axis) for axis in (*geometry.tangents, geometry.normal)])
@@ -120,49 +168,6 @@ class _Pair:
             **dict(zip(("velocity_x", "velocity_y"), axes @ at_centre, strict=False)),
             **{"spin": axes[2] @ turning, "wheel_speed": _values(geometry.axis) @ turning},
         }
-        friction = None if item.tangential is None else friction_laws.LAWS[item.tangential.name]
-        self.states = [] if friction is None else [*friction.states]
-        self._inputs = [*_MOTIONS, *self.states]
-        known = {name: Scalar(tape, tape.input("local", k)) for k, name in enumerate(self._inputs)}
-        known |= {"deflection": algebra.call(Op.MAX, -known["gap"], zero), "camber": zero}
-        results = dict.fromkeys(_FORCES, zero)
-        for law, applied in (
-            (normal_laws.LAWS.get(item.normal.name, OF_FILE), item.normal),
-            (friction, item.tangential),
-        ):
-            if law is not None and applied is not None:
-                keys = {name: self._key(numbers, known, value) for name, value in applied.values.items()}
-                results |= law.record(algebra, {**known, **keys})
-                known["load"] = results["force"]
-        self._tape, self._results = tape, [results[name] for name in (*_FORCES, *map(rate_name, self.states))]
-        symbols = [known[name].ref for name in self._inputs]
-        self._slopes = [ref for result in self._results for ref in gradient(tape, result.ref, symbols)]
-
-    def _key(self, numbers: _Numbers, known: Mapping[str, Scalar], formula: Formula) -> Scalar:
-        local = {of: known[name] for name, of in LOCAL_NAMES.items() if name in known}
-
-        def value(symbol: Symbol) -> Scalar:
-            return local[symbol.kind] if symbol.name == self.name and symbol.kind in local else numbers(symbol)
-
-        return record(numbers.algebra, formula, value)
-
-    def _at(self, refs: list[int], motions: Mapping[str, float | Array]) -> Array:
-        columns = np.broadcast_arrays(*({**self._place, **motions}.get(name, 0.0) for name in self._inputs))
-        with np.errstate(all="ignore"):
-            return evaluate(self._tape, refs, {"local": np.stack(columns, axis=-1)})
-
-    def loads(self, depths: Array) -> Array:
-        """Return the normal force at deflections, N."""
-        return self._at([self._results[2].ref], {"gap": -depths})[..., 0]
-
-    def rates(self, motions: Mapping[str, float | Array]) -> Array:
-        """Return the rates of internal states, (..., states)."""
-        return self._at([result.ref for result in self._results[len(_FORCES) :]], motions)
-
-    def slopes(self, motions: Mapping[str, float | Array]) -> dict[str, Array]:
-        """Return the partials of forces and rates of states in each motion and state, by name."""
-        table = self._at(self._slopes, motions).reshape(len(self._results), -1)
-        return dict(zip(self._inputs, table.T, strict=True))
 
 
 def _values(scalars: Any) -> Array:
@@ -201,9 +206,14 @@ class ClosedContacts:
         places = product.update(model.factors, np.repeat(state.q[np.newaxis], 3, axis=0), ways)
         poses = model.evaluate("poses", places, t=t, parameters=p)["pose"]
         here, *near = (_Bodies(dict(zip(model.bodies, pose, strict=True)), moving, model.nv) for pose in poses)
+        kept: dict[tuple[str, bytes], _Laws] = run.model.library.kept.setdefault("laws of contacts", {})
+        if len(kept) > _MOST_LAWS:
+            kept.clear()
         self._closing = []
         for item in items:
-            pair = _Pair(item, here, values)
+            if (key := (item.name, p.tobytes())) not in kept:
+                kept[key] = _Laws(item, values)
+            pair = _Pair(item, kept[key], here, values)
             gaps = [_values([bodies.motion(item, _Numbers(values)).gap])[0] for bodies in near]
             pull = (2.0 * pair.gap - sum(gaps)) / _SOON**2
             if (closing := self._closing_of(pair, float(pull))) is not None:
@@ -218,12 +228,12 @@ class ClosedContacts:
         if gap and 2.0 * gap > (math.sqrt(square) - rate) * (span or math.inf):
             return None
         depths = max(-pair.gap, 0.0) + np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 400)])
-        loads = pair.loads(depths)
+        loads = pair.laws.loads(depths)
         at_rest = max(pull / mobility + loads[0], 0.0)
         work = np.concatenate([[0.0], np.cumsum(0.5 * (loads[1:] + loads[:-1]) * np.diff(depths))])
         reached = np.flatnonzero(0.5 * square / mobility + at_rest * (depths - depths[0]) >= work)
         sliding = {name: float(row @ self._v) for name, row in pair.motions.items()}
-        sliding |= {"gap": -float(np.interp(at_rest, np.maximum.accumulate(loads), depths)), "rate": 0.0}
+        sliding |= pair.place | {"gap": -float(np.interp(at_rest, np.maximum.accumulate(loads), depths)), "rate": 0.0}
         resting = sliding | dict.fromkeys(("slip_velocity_x", "slip_velocity_y"), 0.0)
         return _Closing(pair, resting, sliding, float(depths[reached[-1]]), math.sqrt(square) if gap else 0.0, pull)
 
@@ -232,16 +242,16 @@ class ClosedContacts:
     ) -> tuple[NDArray[Any], str]:
         """Return the eigenvalues, 1/s, of pairs that are closed, each at its motions, with or without friction, and the
         name of the stiffest pair."""
-        nv, counts = len(self._v), [len(pair.states) if friction else 0 for pair, _ in points]
+        nv, counts = len(self._v), [len(pair.laws.states) if friction else 0 for pair, _ in points]
         matrix, first, sizes = np.zeros((2 * nv + sum(counts), 2 * nv + sum(counts))), 2 * nv, []
         matrix[:nv, nv : 2 * nv] = np.eye(nv)
         acting = slice(0, 6) if friction else slice(2, 3)
         for (pair, motions), count in zip(points, counts, strict=True):
-            slopes, own = pair.slopes(motions), slice(first, first + count)
-            rows = np.zeros((6 + len(pair.states), len(matrix)))
+            slopes, own = pair.laws.slopes(motions), slice(first, first + count)
+            rows = np.zeros((6 + len(pair.laws.states), len(matrix)))
             rows[:, :nv] = np.outer(slopes["gap"], pair.directions[2])
             rows[:, nv : 2 * nv] = sum(np.outer(slopes[name], row) for name, row in pair.motions.items())
-            for place, name in enumerate(pair.states[:count]):
+            for place, name in enumerate(pair.laws.states[:count]):
                 rows[:, first + place] = slopes[name]
             moved = self._mobility @ pair.directions[acting].T @ rows[acting]
             matrix[nv : 2 * nv] += moved
@@ -253,14 +263,14 @@ class ClosedContacts:
 
     def _states_in_sliding(self, closing: _Closing) -> NDArray[Any]:
         """Return the eigenvalues, 1/s, of internal states that follow the slip of the start."""
-        pair, begun = closing.pair, closing.pair.rates(closing.sliding)
+        pair, begun = closing.pair, closing.pair.laws.rates(closing.sliding)
         if not begun.any():
             return np.zeros(0)
         paths = np.geomspace(1e-9, 1e3, 400)[:, np.newaxis] * begun
-        along = pair.rates({**closing.sliding, **dict(zip(pair.states, paths.T, strict=True))}) @ begun
+        along = pair.laws.rates({**closing.sliding, **dict(zip(pair.laws.states, paths.T, strict=True))}) @ begun
         reached = paths[np.flatnonzero(along > 1e-3 * begun @ begun)[-1]]
-        slopes = pair.slopes({**closing.sliding, **dict(zip(pair.states, reached.tolist(), strict=True))})
-        return np.linalg.eigvals(np.array([slopes[name][6:] for name in pair.states]).T)
+        slopes = pair.laws.slopes({**closing.sliding, **dict(zip(pair.laws.states, reached.tolist(), strict=True))})
+        return np.linalg.eigvals(np.array([slopes[name][6:] for name in pair.laws.states]).T)
 
     def findings(self, unresolved: float, steady: float) -> Iterator[Finding]:
         """Yield a finding on the fastest motion in which explicit steps grow by more than ``steady``, else on the
@@ -295,7 +305,7 @@ class ClosedContacts:
 
     def _impact(self, closing: _Closing) -> tuple[float, float]:
         """Return angular frequency, 1/s, and rate, m/s, of an impact; 0 without an oscillation above its load."""
-        slopes, normal = closing.pair.slopes({"gap": -closing.impact}), closing.pair.directions[2]
+        slopes, normal = closing.pair.laws.slopes({"gap": -closing.impact}), closing.pair.directions[2]
         stiffness, damping = (-(normal @ self._mobility @ normal) * slopes[name][2] for name in ("gap", "rate"))
         frequency = math.sqrt(max(stiffness - 0.25 * damping * damping, 0.0))
         return (frequency if frequency * closing.rate > closing.pull else 0.0), closing.rate

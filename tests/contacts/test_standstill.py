@@ -1,0 +1,74 @@
+"""A car with locked wheels on a slope of 20 % stands: its springs are the lagged slips of the tyres."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import eomgen
+from tests.contacts.pairs import scene_of
+from tests.contacts.states import OWN
+from tests.oracles.evaluation import Array
+
+SLOPE = math.atan(0.2)
+CAR = """format = 1
+name = "car"
+gravity = [{along}, {across}, {down}]
+bodies.car = {{ mass = 1500, inertia = [400, 2000, 2200], center_of_mass = [0.1, 0, 0.25] }}
+[joints.car]
+type = "free"
+parent = "base"
+child = "car"
+initial = {{ position = [0, 0, 0.295] }}
+"""
+WHEEL = """
+[contacts.{name}]
+first = {{ body = "base", axis = [0, 0, 1], x_axis = [1, 0, 0] }}
+second = {{ body = "car", position = [{x}, {y}, 0], axis = [0, 1, 0] }}
+shape = "disc"
+{keys}
+"""
+TYRES = {
+    "magic_formula": f'tangential = {{ type = "magic_formula", file = "{OWN.as_posix()}" }}\n'
+    'normal = { type = "linear", stiffness = "200 kN/m", damping = 4000 }\nradius = 0.31',
+    "file": f'tangential = {{ type = "magic_formula", file = "{OWN.as_posix()}", '
+    "coefficients = { VERTICAL_DAMPING = 4000 } }",
+    "brush": 'tangential = { type = "brush", coefficients = { STIFFNESS = 15, FRICTION = 0.9 } }\n'
+    'normal = { type = "linear", stiffness = "200 kN/m", damping = 4000 }\nradius = 0.31',
+}
+
+
+def standing(law: str, way: float, duration: float) -> tuple[Array, Array]:
+    """Return positions (n, 3), m, and velocities (n, 6) of a car on a slope that falls at an angle ``way`` to the
+    heading."""
+    pull = 9.81 * math.sin(SLOPE)
+    text = CAR.format(along=-pull * math.cos(way), across=pull * math.sin(way), down=-9.81 * math.cos(SLOPE))
+    places = [(f"wheel_{k}", x, y) for k, (x, y) in enumerate(((1.4, 0.75), (1.4, -0.75), (-1.3, 0.75), (-1.3, -0.75)))]
+    text += "".join(WHEEL.format(name=name, x=x, y=y, keys=TYRES[law]) for name, x, y in places)
+    run = eomgen.build(scene_of(text), method="rk4", profile="quick").simulate(
+        duration, 1e-3, method="rk4", record_every=100, error_estimate=False
+    )
+    assert run.success, run.message
+    return run.q[:, 4:], run.v
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "way", "duration"),
+    [
+        pytest.param("brush", 0.0, 6.0, id="brush"),
+        pytest.param("brush", 0.0, 60.0, id="brush-long", marks=pytest.mark.long),
+        pytest.param("brush", 1.0, 60.0, id="brush-oblique", marks=pytest.mark.long),
+        pytest.param("magic_formula", 0.0, 60.0, id="magic_formula", marks=pytest.mark.long),
+        pytest.param("magic_formula", 1.0, 60.0, id="magic_formula-oblique", marks=pytest.mark.long),
+        pytest.param("file", 0.0, 60.0, id="file", marks=pytest.mark.long),
+    ],
+)
+def test_a_car_on_a_slope_does_not_creep(law: str, way: float, duration: float) -> None:
+    places, velocities = standing(law, way, duration)
+    settled = len(places) // 2
+    assert np.abs(velocities[settled:]).max() < 1e-5
+    assert np.abs(places[-1] - places[settled]).max() / (0.5 * duration) < 1e-6
+    assert 1e-4 < np.linalg.norm((places[-1] - places[0])[:2]) < 0.05
