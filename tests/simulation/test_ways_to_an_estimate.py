@@ -143,7 +143,7 @@ def test_doubtful_longer_steps_ask_for_shorter_ones(values: dict[str, float], do
 @pytest.mark.parametrize(("part", "doubtful"), [(-0.41, True), (-0.4, False), (0.4, False), (0.41, True)])
 def test_an_order_by_chance_makes_longer_steps_doubtful(part: float, doubtful: bool) -> None:
     """The largest differences have the order, and those in the middle of the run have another one."""
-    runs = Runs(4.0)
+    runs = Runs(2.0)
     apart = runs.apart
 
     def changed(one: Any, other: Any) -> MotionDifference:
