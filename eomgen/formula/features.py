@@ -157,16 +157,11 @@ def features(formula: Formula) -> Iterator[Feature]:
             yield Feature(node.arguments[0], zero)
 
 
-def corners(formula: Formula, order: int = 1) -> Iterator[Formula]:
-    """Yield expressions at whose zeros the formula has a step or, with ``order`` 1, a corner, except inside curves."""
-    for node in distinct_nodes(formula):
-        if isinstance(node, Operation) and NON_SMOOTH.get(node.name, math.inf) <= order and changes(node):
-            yield _deciding(node)
-
-
 def jumps(formula: Formula) -> Iterator[Formula]:
     """Yield expressions at whose zeros the formula may have a step, except inside curves."""
-    return corners(formula, 0)
+    for node in distinct_nodes(formula):
+        if isinstance(node, Operation) and NON_SMOOTH.get(node.name, math.inf) <= 0 and changes(node):
+            yield _deciding(node)
 
 
 def _deciding(node: Operation) -> Formula:

@@ -85,7 +85,6 @@ class Runs:
 @pytest.fixture(autouse=True)
 def smooth(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ways, "crosses_jumps", lambda *_: False)
-    monkeypatch.setattr(ways, "crosses_corners", lambda *_: False)
 
 
 def by_steps(runs: Runs) -> ErrorEstimate:
@@ -141,12 +140,20 @@ def test_doubtful_longer_steps_ask_for_shorter_ones(values: dict[str, float], do
     assert [multiple for multiple, _ in runs.asked] == [2.0, 4.0, 0.5][: 3 if doubtful else 2]
 
 
-def test_corners_make_longer_steps_of_high_order_doubtful(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ways, "crosses_corners", lambda *_: True)
+@pytest.mark.parametrize(("part", "doubtful"), [(-0.41, True), (-0.4, False), (0.4, False), (0.41, True)])
+def test_an_order_by_chance_makes_longer_steps_doubtful(part: float, doubtful: bool) -> None:
+    """The largest differences have the order, and those in the middle of the run have another one."""
     runs = Runs(2.0)
-    check(by_steps(runs), runs, LONGER, [2.0, 4.0])
-    runs = Runs(4.0)
-    check(by_steps(runs), runs, HALF, [2.0, 4.0, 0.5])
+    apart = runs.apart
+
+    def changed(one: Any, other: Any) -> MotionDifference:
+        found = apart(one, other)
+        if other.multiple == 4.0:
+            found.kinds["increment"][1] += part * found.kinds["increment"][2]
+        return found
+
+    runs.apart = changed  # type: ignore[method-assign]
+    assert by_steps(runs).method == (HALF if doubtful else LONGER)
 
 
 def test_longer_steps_that_do_not_hold_leave_the_shorter_ones() -> None:

@@ -41,8 +41,9 @@ from eomgen.simulation.accuracy.richardson import (
     estimate,
     gain_by,
     gain_of,
+    keep_order,
 )
-from eomgen.simulation.accuracy.step_path import crosses_corners, crosses_jumps, step_rows
+from eomgen.simulation.accuracy.step_path import crosses_jumps, step_rows
 from eomgen.simulation.stepping.run import Run
 
 #: Steps of a run below which comparison runs in longer steps give no estimate.
@@ -261,7 +262,7 @@ def _by_longer_steps(
     pair = Pair(near, gain_by(runs.ratio(2.0, near.t)), words, near, far, _refinement(runs, (1, 2, 4)))
     result = estimate(runs, pair, order)
     agree = four is not None and not four.stopped and not _passed_over(runs, twice)
-    return result, near, far, agree and not _doubtful(runs, result, near)
+    return result, near, far, agree and far is not None and not _doubtful(runs, result, near, far)
 
 
 def _is_complete(motion: ComparedMotion) -> bool:
@@ -456,13 +457,14 @@ def _passed_over(runs: ComparisonRuns, motion: ComparedMotion) -> str:
     return ""
 
 
-def _doubtful(runs: ComparisonRuns, result: ErrorEstimate, near: MotionDifference) -> bool:
+def _doubtful(runs: ComparisonRuns, result: ErrorEstimate, near: MotionDifference, far: MotionDifference) -> bool:
     """Return whether runs with longer steps do not suffice for an estimate, because there are few steps, fast turns,
-    corners of forces, another order, or large differences `near`. An angle that turns by more than half a turn within a
+    another order, or large differences `near`. An angle that turns by more than half a turn within a
     step is sampled in the same way by longer steps."""
     if runs.span.steps < _FEW_STEPS or result.t[-1] < runs.end or runs.turn > math.pi:
         return True
-    if runs.run.method.order > 2.0 and crosses_corners(runs.run, runs.span.rows, runs.span.parameters):
-        return True  # errors made at corners are of order 2, so the order that longer steps show is chance
-    other_order = abs(result.order - result.declared_order) > OTHER_ORDER and result.relative > COMPUTED
-    return other_order or float(shares(near.kinds, runs.size).max(initial=0.0)) > 0.1
+    if result.relative > COMPUTED:
+        other_order = abs(result.order - result.declared_order) > OTHER_ORDER
+        if other_order or not keep_order(runs, near, far, result.declared_order, _refinement(runs, (1, 2, 4))):
+            return True
+    return float(shares(near.kinds, runs.size).max(initial=0.0)) > 0.1

@@ -284,3 +284,22 @@ def observed_orders(
         rows = np.where(calm.any(axis=0), len(calm) - 1 - np.argmax(calm[::-1], axis=0), np.argmax(valid, axis=0))
         result[index] = np.where(valid.any(axis=0), np.take_along_axis(orders, rows[np.newaxis], axis=0)[0], math.nan)
     return result
+
+
+def keep_order(runs: ComparisonRuns, near: MotionDifference, far: MotionDifference, order: float, ratio: float) -> bool:
+    """Return whether differences between runs are the first term of an expansion in powers of the step, C(t) h^order,
+    in each row and component, and not in their largest numbers by chance: ``far`` = ratio^order ``near``, as far as an
+    order within ``OTHER_ORDER`` of the given one has it, relative to the component's largest number.
+
+    Parameters
+    ----------
+    near, far : |x_2h - x_h| and |x_4h - x_2h|
+    ratio : of the steps of neighbouring runs
+    """
+    ours, theirs = (shares(apart.kinds, runs.size) for apart in (near, far))
+    places = np.searchsorted(near.t, far.t + SAME_TIME * runs.step, side="right") - 1
+    expected = ratio**order * ours[places]
+    largest = expected.max(axis=0, initial=0.0)
+    rest = np.abs(theirs - expected).max(axis=0, initial=0.0)
+    noticed = largest > np.maximum(0.1 * largest.max(initial=0.0), ratio**order * runs.rounding)
+    return bool(np.all(rest[noticed] <= (1.0 - ratio**-OTHER_ORDER) * largest[noticed]))

@@ -1,11 +1,11 @@
-"""The motion within the steps of a run: rows at the ends of all steps, the interpolant between them, and corners and
-jumps of formulas on the path, at which methods lose order.
+"""The motion within the steps of a run: rows at the ends of all steps, the interpolant between them, and jumps of
+formulas on the path, at which methods lose order.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate_batch, symbols
-from eomgen.formula.features import corners, jumps, may_be_fast
+from eomgen.formula.features import jumps, may_be_fast
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, LoadSymbol, Symbol
 from eomgen.lie import product
 from eomgen.lie.groups import SO3
@@ -344,22 +344,6 @@ _PARTS, _STEEPER = 16, 8.0
 
 
 @np.errstate(all="ignore")  # of a run that leaves the finite numbers
-def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
-    """Return whether the motion crosses a step or a corner of a formula between rows (n, width).
-
-    Times at which formulas of time alone have steps or corners are known, and steps end there.
-    """
-    places = _places(run, "corners", corners)
-    if not places or len(rows) < 2:
-        return False
-    try:
-        path = StepPath(run, rows, parameters)
-        return any(len(_crossings(path, expression)) for expression in places if path.knows(expression))
-    except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
-        return False
-
-
-@np.errstate(all="ignore")  # likewise
 def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> bool:
     """Return whether accelerations or rates of internal states jump, for the step, on the path between rows (n, width):
     a large part of their change in a step belongs to a small part of the step.
@@ -383,7 +367,7 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
         change = rates[1:] - rates[:-1]
         bends[1:-1] = (np.abs(change[1:] - change[:-1]) / np.where(least > 0.0, least, np.inf)).max(axis=1, initial=0.0)
         bent = np.maximum(bends[:-1], bends[1:])
-        places = [expression for expression in _places(run, "jumps", jumps) if path.knows(expression)]
+        places = [expression for expression in _places(run) if path.knows(expression)]
         examined_steps = 16
         crossings = [(expression, _crossings(path, expression)[:examined_steps]) for expression in places]
         order = np.argsort(bent)
@@ -395,14 +379,14 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
         return False
 
 
-def _places(run: Run, key: str, places_of: Callable[[Formula], Iterator[Formula]]) -> list[Formula]:
-    """Return the expressions at whose zeros formulas of a model have corners or jumps, except expressions of time
-    alone. `places_of` lists these expressions of one formula. The result is kept in the library under `key`."""
+def _places(run: Run) -> list[Formula]:
+    """Return the expressions at whose zeros formulas of a model have jumps, except expressions of time alone. The
+    result is kept in the library."""
     store = run.model.library.kept
-    if key not in store:
-        every = [term for formula in run.model.description.formulas for term in places_of(formula)]
-        store[key] = [term for term in every if any(symbol.kind != "time" for symbol in symbols(term))]
-    result: list[Formula] = store[key]
+    if "jumps" not in store:
+        every = [term for formula in run.model.description.formulas for term in jumps(formula)]
+        store["jumps"] = [term for term in every if any(symbol.kind != "time" for symbol in symbols(term))]
+    result: list[Formula] = store["jumps"]
     return result
 
 
