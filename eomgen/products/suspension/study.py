@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, names_of
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.pipeline.documents import load_scene
@@ -110,7 +110,7 @@ def suspension(
     UsageError
         No such hub, joint or range, or a number of rows or a length that does not do.
     NumericalError
-        The wheels cannot be where the pads ask for, or forces do not balance.
+        The wheels do not reach the pads, or forces do not balance.
 
     Examples
     --------
@@ -185,7 +185,7 @@ def _at(model: Model, values: Mapping[str, float], q: Array | None = None) -> tu
 
 def _rests(model: Model, sweep: Sweep, values: Array, sides: Mapping[str, float]) -> dict[str, Array]:
     """Return the outputs (rows, size) at rest over a range, from the middle outwards. Raises NumericalError."""
-    found: dict[int, Mapping[str, Array]] = {}
+    rests: dict[int, Mapping[str, Array]] = {}
     middle = len(values) // 2
     for side in (range(middle, len(values)), range(middle - 1, -1, -1)):
         q = None
@@ -193,8 +193,10 @@ def _rests(model: Model, sweep: Sweep, values: Array, sides: Mapping[str, float]
             signs = {name: hand if sweep.opposite else 1.0 for name, hand in sides.items()}
             asked = {f"{_OF_PAD.format(name)}{sweep.parameter}": sign * values[row] for name, sign in signs.items()}
             try:
-                q, found[row] = _at(model, asked if sweep.parameter else {_STEER: values[row]}, q)
+                q, rests[row] = _at(model, asked if sweep.parameter else {_STEER: values[row]}, q)
             except NumericalError as error:
-                where = f"suspension: {sweep.name}, {values[row] / sweep.factor:.4g} {sweep.unit}"
-                raise NumericalError(Problem(where, f"{error.problems[0].what}", "a smaller range")) from None
-    return {name: np.array([found[row][name] for row in range(len(values))]) for name in found[middle]}
+                place = f"suspension: {sweep.name}, {values[row] / sweep.factor:.4g} {sweep.unit}"
+                raise NumericalError(
+                    replace(error.problems[0], where=place, hint="a smaller end of the range")
+                ) from None
+    return {name: np.array([rests[row][name] for row in range(len(values))]) for name in rests[middle]}
