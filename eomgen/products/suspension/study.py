@@ -18,6 +18,7 @@ from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.suspension.curves import Car, Curves, Wheel, curves_of
 from eomgen.products.suspension.result import SuspensionCurves
+from eomgen.scene.scene import Scene
 
 _PAD = Path(__file__).with_name("pad.toml")
 #: Names of the rig's own parameter and constraint, and prefixes of its parts and outputs.
@@ -119,15 +120,8 @@ def suspension(
     >>> result.curves["travel"].columns["left_hub camber"].round(2)
     array([ 0.87,  0.4 , -0.57, -2.05, -4.08])
     """
-    asked = dict(ranges or {})
-    checked = [(name, "range", [sweep.name for sweep in SWEEPS]) for name in asked]
-    scene = load_scene(axle)
-    checked += [(name, "body", [body.name for body in scene.bodies]) for name in names_of("hubs", "hubs", hubs, "hub")]
-    checked += [(steering, "joint", [joint.name for joint in scene.joints])] if steering else []
-    for name, kind, known in checked:
-        if name not in known:
-            hint = nearest(name, known) or f"one of {', '.join(known[:8])}"
-            raise UsageError(Problem("suspension", f"there is no {kind} {shown(name)} [E2400]", hint))
+    asked, scene = dict(ranges or {}), load_scene(axle)
+    _check_names(scene, names_of("hubs", "hubs", hubs, "hub"), steering, asked)
     if rows < 5 or rows % 2 == 0 or min(radius, height, *asked.values()) <= 0.0:
         fault = "rows have to be odd and at least 5; radius, height and ends of ranges are above 0 [E2401]"
         raise UsageError(Problem("suspension", fault, "rows=33"))
@@ -150,6 +144,17 @@ def suspension(
         names = sweep.name, sweep.label, sweep.unit
         curves[sweep.name] = curves_of(names, values / sweep.factor, wheels, lengths, car)
     return SuspensionCurves(model.name, curves)
+
+
+def _check_names(scene: Scene, hubs: Sequence[str], steering: str, ranges: Mapping[str, float]) -> None:
+    """Raise UsageError for a name of a body, a joint or a range that there is not."""
+    bodies, joints = [body.name for body in scene.bodies], [joint.name for joint in scene.joints]
+    names = [(name, "range", [sweep.name for sweep in SWEEPS]) for name in ranges]
+    names += [(name, "body", bodies) for name in hubs] + ([(steering, "joint", joints)] if steering else [])
+    for name, kind, known in names:
+        if name not in known:
+            hint = nearest(name, known) or f"one of {', '.join(known[:8])}"
+            raise UsageError(Problem("suspension", f"there is no {kind} {shown(name)} [E2400]", hint))
 
 
 def _rig(
