@@ -21,6 +21,8 @@ from eomgen.products.studies.tuning.result import Tuned
 from eomgen.products.studies.tuning.tune import tune
 from eomgen.products.studies.work_precision.result import Tradeoff
 from eomgen.products.studies.work_precision.study import tradeoff
+from eomgen.products.suspension.result import SuspensionCurves
+from eomgen.products.suspension.study import suspension
 from eomgen.products.sympy_mechanics.reading import from_sympy
 from eomgen.products.testing import contracts as testing
 from eomgen.products.waves import second_order as waves
@@ -30,6 +32,7 @@ __all__ = [
     "Extremes",
     "Identification",
     "RandomVibration",
+    "SuspensionCurves",
     "Tradeoff",
     "Tuned",
     "casadi",
@@ -47,6 +50,7 @@ __all__ = [
     "savings",
     "spectra",
     "studies",
+    "suspension",
     "testing",
     "torch",
     "tradeoff",

@@ -54,6 +54,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
         "tradeoff",
         "tune",
     ),
+    "suspension": ("SuspensionCurves", "suspension"),
     "sympy_mechanics": ("from_sympy",),
     "testing": ("testing",),
     "waves": ("base.follow", "elevation", "hulls", "slope", "water_acceleration", "water_velocity", "waves"),

@@ -45,7 +45,7 @@ def suspension(
     with waiting(f"{axle}: states of rest"):
         result = measured(axle, ranges=ranges, parameters=parameters, **options)
     if as_json:
-        print_json({"axle": result.name, "characteristics": [list(row) for row in result.characteristics]})
+        print_json(result.to_dict())
     else:
         rows = [(place, name, f"{value:.5g}", unit) for place, name, value, unit in result.characteristics]
         title = f"{result.name}: at the design position"

@@ -73,6 +73,20 @@ class SuspensionCurves:
                     rows.append((name, column, float(values[len(values) // 2]), unit))
         return rows
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return name, characteristics and curves as a dict for JSON.
+
+        Returns
+        -------
+        dict
+            ``axle``, ``characteristics``, a list each, and ``curves`` by range; NaN stays.
+        """
+        curves = {
+            name: {**vars(item), "x": item.x.tolist(), "columns": {key: y.tolist() for key, y in item.columns.items()}}
+            for name, item in self.curves.items()
+        }
+        return {"axle": self.name, "characteristics": [list(row) for row in self.characteristics], "curves": curves}
+
     def panels(self) -> list[tuple[Curves, str, dict[str, Any]]]:
         """Return range, quantity and columns of the panels of figures; quantities that do not change are left out."""
         result = []

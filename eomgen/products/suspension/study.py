@@ -117,7 +117,7 @@ def suspension(
     >>> axle = "examples/car/system/front_axle.toml"
     >>> result = eomgen.suspension(axle, ["left_hub", "right_hub"], steering="rack", radius=0.29, rows=5)
     >>> result.curves["travel"].columns["left_hub camber"].round(2)
-    array([ 0.71,  0.34, -0.57, -2.07, -4.17])
+    array([ 0.87,  0.4 , -0.57, -2.05, -4.08])
     """
     asked = dict(ranges or {})
     checked = [(name, "range", [sweep.name for sweep in SWEEPS]) for name in asked]
