@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.mechanics.derive import derive
-from tests.examples.demos import EXAMPLES
+from tests.examples.demos import EXAMPLES, demo_module
 from tests.oracles.evaluation import Array, tape_evaluator
 
 FOLDER = EXAMPLES / "driving_car" / "system"
@@ -136,6 +136,18 @@ def planar_rates(t: float, state: Array, steer: Callable[[float], float]) -> Arr
             alpha_rate,
         ]
     )
+
+
+def test_figures_of_a_step_by_a_closed_form() -> None:
+    """A damped oscillation has its peak after half a period, above the steady value by exp(-pi decay / rate)."""
+    t = np.linspace(0.0, 20.0, 20001)
+    wheel, since, decay, rate = np.clip(t / 0.2, 0.0, 1.0), np.maximum(t - 0.1, 0.0), 1.0, 3.0
+    values = 2.0 - 2.0 * np.exp(-decay * since) * (np.cos(rate * since) + decay / rate * np.sin(rate * since))
+    found = demo_module("driving_car").step_response(t, wheel, values)
+    assert found["steady"] == pytest.approx(2.0, abs=1e-6)
+    assert found["peak"] == pytest.approx(np.pi / rate, abs=1e-3)
+    assert found["overshoot"] == pytest.approx(np.exp(-np.pi * decay / rate), rel=1e-5)
+    assert np.interp(0.1 + found["response"], t, values) == pytest.approx(1.8, rel=1e-6)
 
 
 @pytest.mark.slow
