@@ -116,7 +116,6 @@ def positions(travels: Sequence[float]) -> list[NDArray[np.float64]]:
         "include": {"corner": {"file": str(_CORNER), "prefix": "", "parameters": numbers}},
         "points": {
             "rack": {"body": "base", "position": [1e-3 * x for x in RACK]},
-            "lower_ball": design("carrier", POINTS["lower_ball"]),
             "spindle": design("carrier", SPINDLE),
         },
         "constraints": {

@@ -13,8 +13,8 @@ from eomgen.base.data import dataclass
 
 @dataclass(frozen=True)
 class Car:
-    """The car of an axle: x of the other axle from this one (0: none) and height of the centre of mass, m, and the part
-    of the axle in braking."""
+    """The car: place of the other axle along x from this one (0: none), m, height of the centre of mass, m, and this
+    axle's part in braking."""
 
     other_axle: float
     height: float
@@ -149,7 +149,7 @@ def _over_travel(x: Array, wheel: Wheel, car: Car) -> dict[str, tuple[Array, str
 
 
 def _over_steering(x: Array, wheel: Wheel) -> dict[str, tuple[Array, str]]:
-    """Return angles of the steering axis, which is the instantaneous axis of the hub, and where it meets the road."""
+    """Return angles of the steering axis, the instantaneous axis of the hub, and its place on the road."""
     velocity, turning = _motion(x, wheel)
     centre, contact = wheel.pose[:, :3], wheel.pose[:, :3] + wheel.arm
     foot = centre + np.cross(turning, velocity) / np.sum(turning**2, axis=1, keepdims=True)

@@ -87,14 +87,14 @@ class SuspensionCurves:
         }
         return {"axle": self.name, "characteristics": [list(row) for row in self.characteristics], "curves": curves}
 
-    def panels(self) -> list[tuple[Curves, str, dict[str, Any]]]:
+    def _panels(self) -> list[tuple[Curves, str, dict[str, Any]]]:
         """Return range, quantity and columns of the panels of figures; quantities that do not change are left out."""
         result = []
         for name, end in _PANELS:
             curves = self.curves.get(name)
-            found = {column: y for column, y in curves.columns.items() if column.endswith(end)} if curves else {}
-            if curves and any(np.nanmax(y) - np.nanmin(y) > 1e-6 for y in found.values()):
-                result.append((curves, end, found))
+            drawn = {column: y for column, y in curves.columns.items() if column.endswith(end)} if curves else {}
+            if curves and any(np.nanmax(y) - np.nanmin(y) > 1e-6 for y in drawn.values()):
+                result.append((curves, end, drawn))
         return result
 
     def plot(self, path: str | Path | None = None) -> Any:
@@ -115,7 +115,7 @@ class SuspensionCurves:
         FileError
             The file cannot be written.
         """
-        panels = self.panels()
+        panels = self._panels()
         count = -(-len(panels) // 3)
         figure = (pyplot_figure if path is None else new_figure)((12.0, 2.9 * count))
         for number, (curves, end, columns) in enumerate(panels, 1):
@@ -177,7 +177,7 @@ class SuspensionCurves:
                     for name, y in columns.items()
                 ],
             }
-            for number, (curves, end, columns) in enumerate(self.panels())
+            for number, (curves, end, columns) in enumerate(self._panels())
         ]
         title = f"{self.name}: kinematics and compliance"
         canvases = "".join(f'<canvas id="{chart["id"]}"></canvas>' for chart in charts)

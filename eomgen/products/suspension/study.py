@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, names_of
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.pipeline.documents import load_scene
@@ -18,6 +18,7 @@ from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.suspension.curves import Car, Curves, Wheel, curves_of
 from eomgen.products.suspension.result import SuspensionCurves
+from eomgen.scene.scene import Scene
 
 _PAD = Path(__file__).with_name("pad.toml")
 #: Names of the rig's own parameter and constraint, and prefixes of its parts and outputs.
@@ -110,7 +111,7 @@ def suspension(
     UsageError
         No such hub, joint or range, or a number of rows or a length that does not do.
     NumericalError
-        The wheels cannot be where the pads ask for, or forces do not balance.
+        The wheels do not reach the pads, or forces do not balance.
 
     Examples
     --------
@@ -119,15 +120,8 @@ def suspension(
     >>> result.curves["travel"].columns["left_hub camber"].round(2)
     array([ 0.87,  0.4 , -0.57, -2.05, -4.08])
     """
-    asked = dict(ranges or {})
-    checked = [(name, "range", [sweep.name for sweep in SWEEPS]) for name in asked]
-    scene = load_scene(axle)
-    checked += [(name, "body", [body.name for body in scene.bodies]) for name in names_of("hubs", "hubs", hubs, "hub")]
-    checked += [(steering, "joint", [joint.name for joint in scene.joints])] if steering else []
-    for name, kind, known in checked:
-        if name not in known:
-            hint = nearest(name, known) or f"one of {', '.join(known[:8])}"
-            raise UsageError(Problem("suspension", f"there is no {kind} {shown(name)} [E2400]", hint))
+    asked, scene = dict(ranges or {}), load_scene(axle)
+    _check_names(scene, names_of("hubs", "hubs", hubs, "hub"), steering, asked)
     if rows < 5 or rows % 2 == 0 or min(radius, height, *asked.values()) <= 0.0:
         fault = "rows have to be odd and at least 5; radius, height and ends of ranges are above 0 [E2401]"
         raise UsageError(Problem("suspension", fault, "rows=33"))
@@ -150,6 +144,17 @@ def suspension(
         names = sweep.name, sweep.label, sweep.unit
         curves[sweep.name] = curves_of(names, values / sweep.factor, wheels, lengths, car)
     return SuspensionCurves(model.name, curves)
+
+
+def _check_names(scene: Scene, hubs: Sequence[str], steering: str, ranges: Mapping[str, float]) -> None:
+    """Raise UsageError for a name of a body, a joint or a range that there is not."""
+    bodies, joints = [body.name for body in scene.bodies], [joint.name for joint in scene.joints]
+    names = [(name, "range", [sweep.name for sweep in SWEEPS]) for name in ranges]
+    names += [(name, "body", bodies) for name in hubs] + ([(steering, "joint", joints)] if steering else [])
+    for name, kind, known in names:
+        if name not in known:
+            hint = nearest(name, known) or f"one of {', '.join(known[:8])}"
+            raise UsageError(Problem("suspension", f"there is no {kind} {shown(name)} [E2400]", hint))
 
 
 def _rig(
@@ -185,7 +190,7 @@ def _at(model: Model, values: Mapping[str, float], q: Array | None = None) -> tu
 
 def _rests(model: Model, sweep: Sweep, values: Array, sides: Mapping[str, float]) -> dict[str, Array]:
     """Return the outputs (rows, size) at rest over a range, from the middle outwards. Raises NumericalError."""
-    found: dict[int, Mapping[str, Array]] = {}
+    rests: dict[int, Mapping[str, Array]] = {}
     middle = len(values) // 2
     for side in (range(middle, len(values)), range(middle - 1, -1, -1)):
         q = None
@@ -193,8 +198,10 @@ def _rests(model: Model, sweep: Sweep, values: Array, sides: Mapping[str, float]
             signs = {name: hand if sweep.opposite else 1.0 for name, hand in sides.items()}
             asked = {f"{_OF_PAD.format(name)}{sweep.parameter}": sign * values[row] for name, sign in signs.items()}
             try:
-                q, found[row] = _at(model, asked if sweep.parameter else {_STEER: values[row]}, q)
+                q, rests[row] = _at(model, asked if sweep.parameter else {_STEER: values[row]}, q)
             except NumericalError as error:
-                where = f"suspension: {sweep.name}, {values[row] / sweep.factor:.4g} {sweep.unit}"
-                raise NumericalError(Problem(where, f"{error.problems[0].what}", "a smaller range")) from None
-    return {name: np.array([found[row][name] for row in range(len(values))]) for name in found[middle]}
+                place = f"suspension: {sweep.name}, {values[row] / sweep.factor:.4g} {sweep.unit}"
+                raise NumericalError(
+                    replace(error.problems[0], where=place, hint="a smaller end of the range")
+                ) from None
+    return {name: np.array([rests[row][name] for row in range(len(values))]) for name in rests[middle]}
