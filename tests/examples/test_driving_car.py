@@ -199,3 +199,15 @@ def test_a_flat_car_is_a_planar_model_in_scipy() -> None:
     exact = solve_ivp(planar_rates, (0.0, 3.0), start, "Radau", rows, args=(steer,), rtol=1e-8, atol=1e-9)
     yaw_rate = run["yaw_rate"].ravel()[::100]
     assert np.abs(exact.y[2] - yaw_rate).max() < 2e-3 * yaw_rate.max()
+
+
+@pytest.mark.long
+def test_the_car_by_hard_points_takes_the_place_of_the_small_one() -> None:
+    demo = demo_module("driving_car")
+    run = demo.built("step_steer", "full_car.toml").simulate(3.0)
+    assert run.success and run["ground_speed"][-1] == pytest.approx(80.0 / 3.6, rel=1e-2)
+    found = demo.step_response(run.t, run.inputs["hand"].ravel(), run["yaw_rate"].ravel())
+    assert np.degrees(found["steady"]) == pytest.approx(8.77, rel=0.02)
+    assert found["response"] == pytest.approx(0.172, abs=5e-3)
+    # in steady motion the lateral acceleration is speed times yaw rate
+    assert run["lateral_acceleration"][-1] == pytest.approx(found["steady"] * run["ground_speed"][-1], rel=5e-3)
