@@ -123,6 +123,7 @@ TABLE_OF_DOORS: dict[str, str] = {
         "toolchain products.pictures products.studies"
     ),
     "products.comparison": "base cli errors formula lie pipeline scene symbolic system",
+    "products.suspension": "base cli errors pipeline scene products.pictures",
     "products.sympy_mechanics": "base errors formula lie pipeline symbolic system",
     "products.testing": (
         "base compiled errors integrators lie mechanics pipeline scene symbolic system products.pictures"
@@ -134,7 +135,8 @@ TABLE_OF_DOORS: dict[str, str] = {
     "products.solution_methods": "products.linear products.pictures",
     "products.exported": (
         "products.comparison products.fields products.fmu products.gpu products.linear products.optimisers "
-        "products.reliability products.studies products.sympy_mechanics products.testing products.waves"
+        "products.reliability products.studies products.suspension products.sympy_mechanics products.testing "
+        "products.waves"
     ),
 }
 
@@ -343,6 +345,7 @@ LATE: dict[str, dict[str, str]] = {
     "products.comparison.command": {"": "as in cli"},
     "products.comparison.compare": {"products.comparison.other_readers": "optional packages"},
     "products.ensembles.command": {"": "as in cli"},
+    "products.suspension.command": {"": "as in cli"},
     "products.fields.commands": {"": "as in cli"},
     "products.fmu.command": {"": "as in cli"},
     "products.fields.file_kind": {

@@ -86,7 +86,7 @@ def test_slopes_are_those_of_close_states():
     assert height == pytest.approx(1e3 * half_track * slopes["contact y"], rel=1e-3)
 
 
-def test_positions_are_those_of_another_program():
+def test_positions_are_those_of_a_solver_of_lengths():
     found = positions([row[0] for row in PRINTED])
     for (travel, *places), own in zip(PRINTED, found, strict=True):
         assert np.abs(np.ravel(own) - places).max() < 2e-9, travel

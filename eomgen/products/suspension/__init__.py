@@ -23,3 +23,5 @@ PRODUCT = Product(
     },
     needs=("pictures",),
 )
+#: Open to the other parts of ``products`` as well.
+WITHIN = ["result", "study"]
