@@ -79,7 +79,9 @@ def drawings() -> Iterator[Drawing]:
     for name, words in PROGRAMS.items():
         program, *rest = shlex.split(words)
         folder = ROOT / "examples" / name
-        sources = tuple(sorted(path for path in folder.rglob("*") if path.suffix in (".py", ".toml", ".csv")))
+        sources = tuple(
+            sorted(path for path in folder.rglob("*") if path.suffix in (".py", ".toml", ".csv", ".c", ".tir"))
+        )
         shown = pictures((folder / "README.md").read_text(encoding="utf-8"))
         places = tuple(f"examples/{name}/{picture}" for picture in shown)
         yield Drawing((str(folder / program), *rest), sources, places)

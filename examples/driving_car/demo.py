@@ -34,7 +34,6 @@ def built(name: str, car: str) -> eomgen.Model:
         return eomgen.build(FOLDER / f"{name}.toml")
     data = tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
     data["include"]["car"]["file"] = str(FOLDER / car)
-    data["simulation"] |= {"method": "generalized_alpha"}  # for closed loops
     for controller in data.get("controllers", {}).values():
         if "source" in controller:
             controller["source"] = str(FOLDER / controller["source"])

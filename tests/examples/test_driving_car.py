@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.mechanics.derive import derive
-from tests.examples.demos import EXAMPLES
+from tests.examples.demos import EXAMPLES, demo_module
 from tests.oracles.evaluation import Array, tape_evaluator
 
 FOLDER = EXAMPLES / "driving_car" / "system"
@@ -138,6 +138,18 @@ def planar_rates(t: float, state: Array, steer: Callable[[float], float]) -> Arr
     )
 
 
+def test_figures_of_a_step_by_a_closed_form() -> None:
+    """A damped oscillation has its peak after half a period, above the steady value by exp(-pi decay / rate)."""
+    t = np.linspace(0.0, 20.0, 20001)
+    wheel, since, decay, rate = np.clip(t / 0.2, 0.0, 1.0), np.maximum(t - 0.1, 0.0), 1.0, 3.0
+    values = 2.0 - 2.0 * np.exp(-decay * since) * (np.cos(rate * since) + decay / rate * np.sin(rate * since))
+    found = demo_module("driving_car").step_response(t, wheel, values)
+    assert found["steady"] == pytest.approx(2.0, abs=1e-6)
+    assert found["peak"] == pytest.approx(np.pi / rate, abs=1e-3)
+    assert found["overshoot"] == pytest.approx(np.exp(-np.pi * decay / rate), rel=1e-5)
+    assert np.interp(0.1 + found["response"], t, values) == pytest.approx(1.8, rel=1e-6)
+
+
 @pytest.mark.slow
 def test_the_car_stands_and_rolls_in_balance_at_the_start() -> None:
     """First tier: springs carry the body, tyres the car, and wheels roll at the speed of the road."""
@@ -187,3 +199,15 @@ def test_a_flat_car_is_a_planar_model_in_scipy() -> None:
     exact = solve_ivp(planar_rates, (0.0, 3.0), start, "Radau", rows, args=(steer,), rtol=1e-8, atol=1e-9)
     yaw_rate = run["yaw_rate"].ravel()[::100]
     assert np.abs(exact.y[2] - yaw_rate).max() < 2e-3 * yaw_rate.max()
+
+
+@pytest.mark.long
+def test_the_car_by_hard_points_takes_the_place_of_the_small_one() -> None:
+    demo = demo_module("driving_car")
+    run = demo.built("step_steer", "full_car.toml").simulate(3.0)
+    assert run.success and run["ground_speed"][-1] == pytest.approx(80.0 / 3.6, rel=1e-2)
+    found = demo.step_response(run.t, run.inputs["hand"].ravel(), run["yaw_rate"].ravel())
+    assert np.degrees(found["steady"]) == pytest.approx(8.77, rel=0.02)
+    assert found["response"] == pytest.approx(0.172, abs=5e-3)
+    # in steady motion the lateral acceleration is speed times yaw rate
+    assert run["lateral_acceleration"][-1] == pytest.approx(found["steady"] * run["ground_speed"][-1], rel=5e-3)

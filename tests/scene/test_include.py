@@ -199,6 +199,19 @@ def test_includes_within_includes(folder: Path) -> None:
     assert scene.source["joints.front_hinge"] == "axles/axle.toml:4"
 
 
+TWICE = '[definitions]\ntwice = "{}"\n[outputs.two]\nformula = "twice"\n'
+
+
+def test_a_parameter_of_a_part_of_a_part_takes_a_formula(folder: Path) -> None:
+    (folder / "wheel.toml").write_text(WHEEL + TWICE.format("2 * rest"), encoding="utf-8")
+    axle = library.scene_text("pendulum", outputs=None, include={"end": {"file": "wheel.toml", "parent": "rod"}})
+    (folder / "axle.toml").write_text(axle, encoding="utf-8")
+    text = '[include.front]\nfile = "axle.toml"\nparameters = { end_rest = "spring_rate / 1e5" }\n'
+    by_hand = load_toml(CAR + TWICE.format("2 * (spring_rate / 1e5)")).outputs[0]
+    found = next(item for item in made(folder, CAR + text).outputs if item.name == "front_end_two")
+    assert found.values == by_hand.values
+
+
 def test_references_and_frames_are_renamed(folder: Path) -> None:
     """An arm whose efforts follow its own reference, and a spring on a frame of it, twice in one scene."""
     library.scene_file(

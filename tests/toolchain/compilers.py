@@ -25,7 +25,7 @@ from eomgen.toolchain.compiler import find_compiler, zig_program
 ROOT = Path(__file__).parents[2]
 STEPS = 200
 #: Files that are no scenes of their own, or are sampled rather than stepped; runs of other programs are no examples.
-_LEFT_OUT = ("sea_arm/links.toml", "density_field/system/density_field.toml")
+_LEFT_OUT = ("driving_car/system/corner.toml", "sea_arm/links.toml", "density_field/system/density_field.toml")
 Motion = Mapping[str, np.ndarray[Any, np.dtype[np.float64]]]
 #: Runs a program of WebAssembly with the arguments that follow its name.
 NODE_SCRIPT = """

@@ -101,10 +101,11 @@ def names_of_file(text: str, section: str, names: Collection[str]) -> dict[str, 
 
 
 def _outward(section: str, spaces: Sequence[Namespace]) -> Iterator[tuple[str, str]]:
-    """Yield the names of a section's entries in the innermost file and in the scene."""
+    """Yield the names of a section's entries in the innermost file and in the scene, empty for a parameter with a
+    formula of a file in between."""
     for local, name in spaces[0].names.get(section, {}).items():
         for space in spaces[1:]:
-            name = space.names[section][name]  # noqa: PLW2901 - follows the name outwards
+            name = space.names[section].get(name, "")  # noqa: PLW2901 - follows the name outwards
         yield local, name
 
 
