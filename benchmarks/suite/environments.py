@@ -23,7 +23,7 @@ GROUPS: Mapping[str, Sequence[str]] = {
     OWN: (
         f"--editable={ROOT}", "pin>=3", "cmeel-eigen>=3.4", "example-robot-data>=4", "casadi>=3.6", "exudyn>=1.9",
         "mujoco>=3", "heyoka>=7", "scikit-sundae>=1.2", "pyelastica>=1", "pydy>=0.7", "cython>=3",
-        "distributed>=2024.5", "jax>=0.5",
+        "distributed>=2024.5", "jax>=0.5", "drake>=1.40",
     ),
     JAX: ("jax>=0.4.35", "mujoco-mjx>=3.2", "diffrax>=0.6", "frax>=0.1"),
     ADAM: ("adam-robotics>=0.4", "jax>=0.4.30,<0.4.37"),  # its arrays ask for devices as older JAX names them

@@ -286,7 +286,31 @@ def _motion(
     return run
 
 
+def _contact(name: str, scene: str, words: str, target: float) -> Row:
+    contestants = {OWN_CONTACT: OWN_CONTACT, **{peer: peer for peer in ("Drake", "Drake, CENIC", "MuJoCo", "EXUDYN")}}
+    return Row(
+        name,
+        "Motions to an error",
+        words,
+        "run",
+        "the limit of the same contestant's own finest runs: laws of contact differ, and Drake's and EXUDYN's are"
+        " formulas of the two scenes of eomgen",
+        _motion("contact", target, 10.0, contestants, scene=scene),
+        (
+            *(Comparison(peer, 0.2) for peer in ("Drake", "Drake, CENIC", "MuJoCo")),
+            Comparison("EXUDYN", 0.2, own=OWN_CONTACT),
+        ),
+    )
+
+
+OWN_CONTACT = "eomgen, EXUDYN's law"
 MOTIONS = (
+    _contact(
+        "bouncing_spheres_1e-2", "balls", "ten spheres that bounce on a plane with friction, 1.5 s to 1e-2 m", 1e-2
+    ),
+    _contact(
+        "sliding_car_1e-3", "car", "car of 14 freedoms that lands on its wheels and slides, 1.5 s to 1e-3 m", 1e-3
+    ),
     Row(
         "fast_top_1e-5",
         "Motions to an error",

@@ -112,7 +112,17 @@ def fast_top(task: dict[str, Any]) -> Made:
     return taken, run.error, ["eomgen"], f"{run.contestant.removeprefix('eomgen ')}, {run.steps} steps"
 
 
-WORK = {"taylor": taylor_series, "beam": flying_beam, "stiff": stiff_rods, "top": fast_top}
+def contact(task: dict[str, Any]) -> Made:
+    """``contact_peers``: method and setting are chosen; each contestant against the finest of its own runs."""
+    from benchmarks import contact_peers as script
+
+    runs = script.tried(script.ways_of(task["peer"], task["scene"]), 1e-3 if task["quick"] else 1.0)
+    best, error = script.fastest(runs, task["target"])
+    note = f"{best.way.name}, {best.setting:g}"
+    return lambda: best.way.run(best.setting), error, [script.CONTESTANTS[task["peer"]]], note
+
+
+WORK = {"contact": contact, "taylor": taylor_series, "beam": flying_beam, "stiff": stiff_rods, "top": fast_top}
 
 
 def prepare(task: dict[str, Any]) -> Prepared:
