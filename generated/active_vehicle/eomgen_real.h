@@ -397,8 +397,7 @@ static inline eg_wide eg_tan(eg_wide x)
 /* k pi/4 + x + low: low is far below x, and x below k pi/4, if k is not 0. */
 static inline eg_wide eg_add_octants(eg_wide k, eg_wide x, eg_wide low)
 {
-    const eg_wide start = k * EG_WIDE(0.7853981633974483); /* 50 bits of pi/4 */
-    const eg_wide sum = start + x;
+    const eg_wide start = k * EG_WIDE(0.7853981633974483), sum = start + x; /* 50 bits of pi/4 */
     return sum + ((((start - sum) + x) + k * EG_WIDE(3.061616997868383e-17)) + low);
 }
 
@@ -530,8 +529,7 @@ static inline eg_wide eg_hyperbolic(eg_wide x, int part)
     const eg_wide r = eg_reduce(eg_blend(EG_MASK(size > end), end, size), EG_WIDE(0.0), &n, &rest);
     const eg_wide m = eg_blend(EG_MASK(n > most), most, n);
     const eg_wide up = eg_power_of_two((m - one) + round), down = eg_power_of_two((round - m) - one);
-    const eg_wide cosh_n = up + down, sinh_n = up - down;
-    const eg_wide a = part ? cosh_n : sinh_n, b = part ? sinh_n : cosh_n;
+    const eg_wide a = part ? up + down : up - down, b = part ? up - down : up + down;
     const eg_wide first = b * r, sum = a + first;
     eg_hyperbolic_series(r, &sine, &cosine);
     return (sum + (((a - sum) + first) + (b * (rest + sine) + a * cosine))) * eg_power_of_two((n - m) + round);
@@ -539,7 +537,7 @@ static inline eg_wide eg_hyperbolic(eg_wide x, int part)
 static inline eg_wide eg_sinh(eg_wide x) { return eg_with_sign(eg_hyperbolic(x, 0), x); }
 static inline eg_wide eg_cosh(eg_wide x) { return eg_hyperbolic(x, 1); }
 
-/* The hyperbolic tangent of x from 0 to 20: e / (e + 2), e = exp(2 x) - 1. */
+/* The hyperbolic tangent of x from 1/4 to 20: e / (e + 2), e = exp(2 x) - 1. */
 static inline eg_wide eg_rising_tanh(eg_wide x)
 {
     const eg_wide round = EG_WIDE(6755399441055744.0), one = EG_WIDE(1.0), two = EG_WIDE(2.0);
@@ -552,13 +550,21 @@ static inline eg_wide eg_rising_tanh(eg_wide x)
     return q + (e_low - q * d_low) * (one / d);
 }
 
-/* The hyperbolic tangent, within 1.4 units in the last place; friction takes it of large and of tiny numbers mostly. */
+/* The hyperbolic tangent of x from 0 to 1/4: a minimax polynomial. */
+static inline eg_wide eg_small_tanh(eg_wide x)
+{
+    const eg_wide z = x * x, z2 = z * z;
+    return x + x * z * (((EG_WIDE(-0.3333333333333331) + z * EG_WIDE(0.1333333333329479))
+        + z2 * (EG_WIDE(-0.053968253869450214) + z * EG_WIDE(0.02186947902594781))) + z2 * z2 * ((
+        EG_WIDE(-0.008862798753789404) + z * EG_WIDE(0.003581791786990957)) + z2 * EG_WIDE(-0.0013334287579797762)));
+}
+
+/* The hyperbolic tangent, within 1.4 units in the last place; of friction mostly of large and small numbers. */
 static inline eg_wide eg_tanh(eg_wide x)
 {
-    const eg_wide size = eg_magnitude(x);
-    const eg_wide most = eg_blend(EG_MASK(size > EG_WIDE(20.0)), EG_WIDE(1.0), size);
-    const eg_bits between = EG_MASK(size > EG_WIDE(1e-8)) & EG_MASK(size <= EG_WIDE(20.0));
-    return eg_with_sign(eg_blend(between, eg_rising_tanh(size), most), x);
+    const eg_wide size = eg_magnitude(x), most = eg_blend(EG_MASK(size > EG_WIDE(20.0)), EG_WIDE(1.0), size);
+    const eg_bits far = EG_MASK(size > EG_WIDE(0.25)), between = EG_MASK(size > EG_WIDE(1e-8)) & EG_MASK(most == size);
+    return eg_with_sign(eg_blend(between, eg_blend(far, eg_rising_tanh(size), eg_small_tanh(size)), most), x);
 }
 
 #define EG_TAN(x) eg_tan(x)
@@ -686,16 +692,18 @@ static inline eomgen_real eg_pow(eomgen_real x, eomgen_real y)
 
 static inline eomgen_real eg_sin(eomgen_real x)
 {
-    eomgen_real s, c;
-    eg_sincos(x, &s, &c);
-    return s;
+    eomgen_real of_sin, of_cos;
+    eg_sincos(x, &of_sin, &of_cos);
+    return of_sin;
 }
+#define EG_SIN(x) eg_sin(x)
 static inline eomgen_real eg_cos(eomgen_real x)
 {
-    eomgen_real s, c;
-    eg_sincos(x, &s, &c);
-    return c;
+    eomgen_real of_sin, of_cos;
+    eg_sincos(x, &of_sin, &of_cos);
+    return of_cos;
 }
+#define EG_COS(x) eg_cos(x)
 /* NaN is kept by each of these macros: an argument outside of a curve must stop the run, not vanish in max(0,
  * curve). */
 static inline eomgen_real eg_sign(eomgen_real x) { return eg_lt(EG_C(0.0), x) - eg_lt(x, EG_C(0.0)); }
@@ -709,8 +717,6 @@ static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_selec
 #else
 #define EG_ANGLES(there, filled) (filled)
 #endif
-#define EG_SIN(x) eg_sin(x)
-#define EG_COS(x) eg_cos(x)
 #define EG_LT(x, y) eg_lt(x, y)
 #define EG_LE(x, y) eg_le(x, y)
 #define EG_SELECT(c, x, y) eg_select(c, x, y)

@@ -79,7 +79,7 @@ class Cubin:
 
 
 def _sum_of_spills(text: str) -> int:
-    """Return the bytes of spills of a kernel: the entry subtracts those in memory of the block."""
+    """Return the bytes of spills of a kernel: the entry subtracts spills in memory of the block."""
     return max(0, sum(_numbers(_SPILLS, text)))
 
 
