@@ -55,6 +55,20 @@ def test_the_ranking_of_a_result_has_the_error_of_its_column(cart: eomgen.Model)
         found.sensitivity("output.place.maxi")
 
 
+def test_events_are_counted_until_each_time() -> None:
+    """Events that are only counted have no times, and no column."""
+    ball = eomgen.build("examples/bouncing_ball/scene.toml", method="rk4", profile="quick")
+    given: dict[str, Any] = {"table": {"restitution": [0.6, 0.9]}, "error_estimate": False}
+    found = ball.simulate_many(1.0, 0.01, columns=["event.bounce", "t"], **given)
+    runs = [ball.simulate(1.0, 0.01, parameters={"restitution": value}) for value in (0.6, 0.9)]
+    counts = np.array([[(run.events["bounce"].t <= t).sum() for t in run.t] for run in runs])
+    np.testing.assert_array_equal(found.mean("event.bounce"), counts.mean(axis=0))
+    np.testing.assert_array_equal(found.results["event.bounce.final"], [run.events.counts["bounce"] for run in runs])
+    assert (found.results["t.final"] == 1.0).all() and found.results["event.bounce.final"].min() >= 1.0
+    with pytest.raises(UsageError, match=r"there is no column 'event.edge'"):
+        ball.simulate_many(1.0, 0.01, columns=["event.edge"], **given)
+
+
 def test_a_grid_and_a_table_run_their_samples(cart: eomgen.Model) -> None:
     grid = cart.simulate_many(vary={"mass": "values(1, 2, 4)", "push": "linspace(0, 4, 2)"})
     assert grid.design == "grid"

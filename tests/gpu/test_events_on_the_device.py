@@ -20,7 +20,7 @@ ACTIONS: dict[str, dict[str, Any]] = {
     "switch": {"when": "v.hinge", "direction": "rising", "action": "switch", "mode": "oil", "to": 1},
 }
 VARY = {"mass": "uniform(0.8 kg, 1.2 kg)", "q.hinge": "uniform(-0.25, 1)"}
-COLUMNS = ["q.hinge", "a.hinge", "energy.kinetic", "input.push", "drag"]
+COLUMNS = ["q.hinge", "a.hinge", "energy.kinetic", "input.push", "drag", "t"]
 
 
 def scene_with(action: str) -> dict[str, Any]:
@@ -62,13 +62,15 @@ def test_samples_meet_events_of_their_own(
 ) -> None:
     """With inputs that change with time, stopped samples run alone, as on the processor."""
     model = built(scene_with(action), method)
-    cpu, gpu = both(model, end, 0.01, vary=VARY, samples=23, seed=1, columns=COLUMNS, **options)
+    cpu, gpu = both(model, end, 0.01, vary=VARY, samples=23, seed=1, columns=[*COLUMNS, f"event.{action}"], **options)
     compare(cpu, gpu)
     assert not gpu.failed
     stopped = np.abs(gpu.results["q.hinge.final"] + 0.3) < 1e-9
     assert (stopped.any() and not stopped.all()) == (action == "stop")
     assert alone == (np.flatnonzero(stopped).tolist() if callable(options.get("inputs", {}).get("push")) else [])
     assert (gpu.count("q.hinge")[-1] < 23) == (action == "stop")
+    assert (gpu.results[f"event.{action}.final"] > 0).any()
+    assert ((gpu.results["t.final"] < end) == stopped).all()
     assert np.any(gpu.results["output.drag.final"] != 0.0) == (action == "switch")
 
 

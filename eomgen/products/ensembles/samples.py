@@ -437,7 +437,7 @@ class SampleRunner:
             solution.save(self.file(number))
         if reason:
             return reason
-        table = table_of(solution, self.columns)
+        table = table_of(self.model, solution, self.columns)
         if not np.all(np.isfinite(table[:, -1])):
             wrong = [name for name, value in zip(self.columns, table[:, -1], strict=True) if not np.isfinite(value)]
             return f"{wrong[0]} is not finite at the end"
@@ -482,7 +482,15 @@ def extremes_of(table: Array) -> Array:
     return result
 
 
-def table_of(solution: Solution, columns: Sequence[str]) -> Array:
+def table_of(model: CompiledModel, solution: Solution, columns: Sequence[str]) -> Array:
     """Return columns of a solution, (columns, rows)."""
-    every: Mapping[str, Any] = solution.columns()
+    every: Mapping[str, Any] = {**solution.columns(), **event_counts(model, solution)}
     return np.array([every[name] for name in columns])
+
+
+def event_counts(model: CompiledModel, solution: Solution) -> dict[str, Array]:
+    """Return the numbers (rows,) of the events of each name until each row, by column: ``event.NAME``. Events of the
+    action ``count`` have no times, and no column."""
+    data = model.library.layout["method"].get("events", {"rows": []})
+    times = {row["name"]: solution.events[row["name"]].t for row in data["rows"] if row["action"] != "count"}
+    return {f"event.{name}": np.searchsorted(t, solution.t, "right").astype(float) for name, t in times.items()}

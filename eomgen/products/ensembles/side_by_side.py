@@ -432,6 +432,8 @@ def side_by_side(
         return f"{LANES_VARIABLE} is off"
     if model.library.real != "double":
         return f"numbers are of type {model.library.real}"
+    if counted := [name for name in columns if alike.places.get(name, ("",))[0] == "event"]:
+        return f"the column {counted[0]} counts events"
     runs = common_runs(model, options, varied_inputs, alike, columns, initial_varies=initial_varies)
     if isinstance(runs, str):
         return runs
@@ -474,7 +476,8 @@ def _places(model: CompiledModel, pilot: Solution) -> dict[str, tuple[str, int]]
     for group, size in sizes.items():
         labels = names.get(group) or component_names("", group, size)
         result |= {label: (group, index) for index, label in enumerate(labels)}
-    result |= {f"input.{name}": ("input", index) for index, name in enumerate(model.inputs)}
+    result |= {f"input.{name}": ("input", index) for index, name in enumerate(model.inputs)} | {"t": ("t", 0)}
+    result |= {f"event.{name}": ("event", index) for index, name in enumerate(pilot.events.counts)}
     for name, array in pilot.outputs.items():
         size = 1 if array.ndim == 1 else array.shape[1]
         labels = component_names("output", name, size)

@@ -40,7 +40,7 @@ from eomgen.products.ensembles.discretisation import EnsembleJudgement
 from eomgen.products.ensembles.distributions import Distribution
 from eomgen.products.ensembles.ensemble import Ensemble
 from eomgen.products.ensembles.journal import BlockJournal
-from eomgen.products.ensembles.samples import SampleBlock, SampleRunner
+from eomgen.products.ensembles.samples import SampleBlock, SampleRunner, event_counts
 from eomgen.products.ensembles.side_by_side import CommonRunData
 from eomgen.products.ensembles.statistics import Reduction
 from eomgen.products.ensembles.variations import (
@@ -121,7 +121,8 @@ def simulate_many(
         Of the design.
     columns : sequence of str
         Outputs or other columns to be reduced; all outputs by default, or coordinates in a scene without outputs.
-        ``Solution.columns()`` returns the names.
+        ``Solution.columns()`` returns the names; ``event.NAME`` counts events until each time, and ``t.final`` is the
+        end of a run that an event stops.
     points : int
         Largest number of times with statistics.
     keep : sequence of int
@@ -190,7 +191,7 @@ def simulate_many(
     if pilot.interrupted:
         raise KeyboardInterrupt
     options = _with_largest_step(options, pilot)
-    looked_at = _columns(pilot, columns)
+    looked_at = _columns([*pilot.columns(), *event_counts(model, pilot)], columns)
     times = row_times(pilot.metadata, model.library.real)
     thinned = np.unique(np.linspace(0, len(times) - 1, min(points, len(times))).astype(int))
     target = None if folder is None else Path(folder)
@@ -414,10 +415,9 @@ def _make_design(
     return items, random_design(design, distributions, samples, seed)
 
 
-def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
-    """Return the names of the columns to record; by default all outputs, else 12 coordinates. An output's name
-    stands for all its components. Raises UsageError for unknown names and for none."""
-    known = [name for name in pilot.columns() if name != "t"]
+def _columns(known: Sequence[str], wanted: Sequence[str] | None) -> list[str]:
+    """Return the names of the columns to record among ``known`` ones; by default all outputs, else 12 coordinates. An
+    output's name stands for all its components. Raises UsageError for unknown names and for none."""
     if wanted is None:
         outputs = [name for name in known if name.startswith("output.")]
         return outputs or [name for name in known if name.startswith("q.")][:12]

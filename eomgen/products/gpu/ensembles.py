@@ -375,6 +375,8 @@ def compile_runs(
 def _value(model: CompiledModel, library: Library, group: str, index: int) -> str:
     """Return the text of a column in the kernel of runs, by its place in ``CommonRunData.places``."""
     kind, _, name = group.partition(".")
+    if kind == "event":
+        return f"(double)state.event_state.count[{index}]"
     if kind == "input":
         return f"input[{index}]"
     if kind == "energy":
@@ -384,5 +386,5 @@ def _value(model: CompiledModel, library: Library, group: str, index: int) -> st
         names = [item["name"] for item in items]
         return f"output[{sum(int(item['size']) for item in items[: names.index(name)]) + index}]"
     nq, nv, row = model.nq, model.nv, sum(int(size) for _, size in library.layout["method"]["row"])
-    first = {"q": 1, "v": 1 + nq, "a": 1 + nq + nv, "multipliers": 1 + nq + 2 * nv, "z": row - model.nz}[group]
+    first = {"t": 0, "q": 1, "v": 1 + nq, "a": 1 + nq + nv, "multipliers": 1 + nq + 2 * nv, "z": row - model.nz}[group]
     return f"line[{first + index}]"
