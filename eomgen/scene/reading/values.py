@@ -297,12 +297,11 @@ class Values:
 
     def _require_bound(self, key: str, formula: Formula, scope: Scope) -> None:
         """Apply the rule of a key to a formula of parameters; without a rule, require a finite value if parameters are
-        tunable. Formulas in other scopes are passed over."""
-        if scope not in (PARAMETERS, FIXED_PARAMETERS):
-            return
-        if (bound := bound_of(key, self.bounds)) is not None:
+        tunable and the scope is of parameters alone."""
+        bound, of_parameters = bound_of(key, self.bounds), scope in (PARAMETERS, FIXED_PARAMETERS)
+        if bound is not None and all(symbol.kind == "parameter" for symbol in symbols(formula)):
             self.require(key, bound, [formula])
-        elif isinstance(formula, Operation) and self.is_tunable(formula):
+        elif of_parameters and isinstance(formula, Operation) and self.is_tunable(formula):
             self.requirements.append(Requirement(self.report.where(key), (formula,)))
 
     def require(self, key: str, rule: Rule, formulas: Sequence[Formula], later: Report | None = None) -> bool:
