@@ -167,7 +167,8 @@ def _number(file: TyreFile, key: str, text: str) -> float:
 def _convert(file: TyreFile, numbers: dict[str, float], units: Mapping[str, str]) -> None:
     """Bring the numbers of keys with a dimension to SI, in place."""
     factors = {}
-    for dimension, known in _data()["units"].items():
+    for dimension, text in _data()["units"].items():
+        known = {name: float(factor) for name, _, factor in (word.partition("=") for word in text.split())}
         unit = units.get(dimension, next(iter(known)))
         if unit not in known:
             raise file.fault(dimension, f"the unit {shown(unit)} is unknown [E2437]", f"one of {', '.join(known)}")
