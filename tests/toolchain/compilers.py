@@ -25,7 +25,13 @@ from eomgen.toolchain.compiler import find_compiler, zig_program
 ROOT = Path(__file__).parents[2]
 STEPS = 200
 #: Files that are no scenes of their own, or are sampled rather than stepped; runs of other programs are no examples.
-_LEFT_OUT = ("driving_car/system/corner.toml", "sea_arm/links.toml", "density_field/system/density_field.toml")
+_LEFT_OUT = (
+    "driving_car/system/corner.toml",
+    "sea_arm/links.toml",
+    "density_field/system/density_field.toml",
+    *(f"car/system/{part}.toml" for part in ("double_wishbone", "double_wishbone_on_bushings", "strut", "wheel")),
+    *(f"car/system/{part}.toml" for part in ("front_axle", "front_axle_on_bushings", "rear_axle", "wishbone_parts")),
+)
 Motion = Mapping[str, np.ndarray[Any, np.dtype[np.float64]]]
 #: Runs a program of WebAssembly with the arguments that follow its name.
 NODE_SCRIPT = """

@@ -22,7 +22,7 @@ _of_suspension = arguments_of("eomgen.products.suspension.study:suspension")
 
 
 @click.command()
-@click.argument("axle", shell_complete=completed_files)
+@click.argument("file", metavar="AXLE", shell_complete=completed_files)
 @click.option("--hub", "hubs", multiple=True, required=True, metavar="BODY", help="Carries a wheel; may be repeated.")
 @_of_suspension("--steering", metavar="JOINT")
 @_of_suspension("--radius", type=float, metavar="M")
@@ -36,14 +36,14 @@ _of_suspension = arguments_of("eomgen.products.suspension.study:suspension")
 @json_option
 @debug_option
 def suspension(
-    axle: str, folder: str | None, as_json: bool, ends: tuple[str, ...], changes: tuple[str, ...], **options: Any
+    file: str, folder: str | None, as_json: bool, ends: tuple[str, ...], changes: tuple[str, ...], **options: Any
 ) -> int:
     """Measure kinematics and compliance of an AXLE, a scene file, on a rig that holds the body of the car."""
     from eomgen.products.suspension.study import suspension as measured  # noqa: PLC0415  # with fine arguments
 
     ranges, parameters = in_units("--range", assignments("--range", ends), ()), assignments("--set", changes)
-    with waiting(f"{axle}: states of rest"):
-        result = measured(axle, ranges=ranges, parameters=parameters, **options)
+    with waiting(f"{file}: states of rest"):
+        result = measured(file, ranges=ranges, parameters=parameters, **options)
     if as_json:
         print_json(result.to_dict())
     else:

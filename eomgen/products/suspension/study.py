@@ -60,7 +60,7 @@ SWEEPS = (
 
 @checked_call('eomgen.suspension("front_axle.toml", ["left_hub", "right_hub"])')
 def suspension(
-    axle: str | Path,
+    file: str | Path,
     hubs: Sequence[str],
     *,
     steering: str = "",
@@ -79,7 +79,7 @@ def suspension(
 
     Parameters
     ----------
-    axle : path
+    file : path
         Scene file of the axle. Its base is the body of the car, with x forward, y to the left and z up; it has no
         wheels.
     hubs : sequence of str
@@ -120,13 +120,13 @@ def suspension(
     >>> result.curves["travel"].columns["left_hub camber"].round(2)
     array([ 0.87,  0.4 , -0.57, -2.05, -4.08])
     """
-    asked, scene = dict(ranges or {}), load_scene(axle)
+    asked, scene = dict(ranges or {}), load_scene(file)
     _check_names(scene, names_of("hubs", "hubs", hubs, "hub"), steering, asked)
     if rows < 5 or rows % 2 == 0 or min(radius, height, *asked.values()) <= 0.0:
         fault = "rows have to be odd and at least 5; radius, height and ends of ranges are above 0 [E2401]"
         raise UsageError(Problem("suspension", fault, "rows=33"))
     springs = [spring.name for spring in scene.springs]
-    model = _rig(scene.name, Path(axle), hubs, springs, steering, radius, dict(parameters or {}))
+    model = _rig(scene.name, Path(file), hubs, springs, steering, radius, dict(parameters or {}))
     _, design = _at(model, {})
     sides = {name: -1.0 if design[_OF_PAD.format(name) + "pose"][1] < 0.0 else 1.0 for name in hubs}
     car = Car(other_axle, height, brake_share)
