@@ -243,7 +243,7 @@ HOW_TO = {
     "Describe a machine": (
         "units", "cable_net", "beam_with_large_deflection", "closed_loop_in_a_urdf", "mujoco_model",
         "arm_with_a_gripper", "kinematics_and_compliance", "contact_with_the_ground", "shake_the_base_with_measured_data", "own_force_law",
-        "write_a_plug_in", "force_element_plug_in",
+        "drive_a_car", "write_a_plug_in", "force_element_plug_in",
     ),
     "Find a task by its name": ("short_recipes",),
     "Run and compare": (
