@@ -21,6 +21,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,6 @@ from numpy.typing import NDArray
 
 import eomgen
 from benchmarks.measure import figure, machine, pin_to_core, table
-from benchmarks.multibody_peers import missing
 from eomgen.integrators.families.register import method_named
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.simulation.stepping.settings import stepper_library, stepper_settings
@@ -556,8 +556,8 @@ def main(words: Sequence[str] | None = None) -> int:
     given = parser.parse_args(words)
     contestants = {name: package for name, package in CONTESTANTS.items() if not given.quick or package == "eomgen"}
     for package in dict.fromkeys(contestants.values()):
-        if problem := missing({"drake": "pydrake"}.get(package, package)):
-            print(problem, file=sys.stderr)
+        if find_spec({"drake": "pydrake"}.get(package, package)) is None:
+            print(f"{package} is missing: pip install {package}", file=sys.stderr)
             contestants = {name: of for name, of in contestants.items() if of != package}
     print(machine())
     for work in given.works:

@@ -293,8 +293,8 @@ def _contact(name: str, scene: str, words: str, target: float) -> Row:
         "Motions to an error",
         words,
         "run",
-        "the limit of the same contestant's own finest runs: laws of contact differ, and Drake's and EXUDYN's are"
-        " formulas of the two scenes of eomgen",
+        "the limit of the same contestant's own finest runs. Drake's point contact and EXUDYN's spring are formulas in"
+        " the two scenes of eomgen, and the motions agree; MuJoCo and CENIC have laws, and motions, of their own",
         _motion("contact", target, 10.0, contestants, scene=scene),
         (
             *(Comparison(peer, 0.2) for peer in ("Drake", "Drake, CENIC", "MuJoCo")),

@@ -28,14 +28,14 @@ def vertical_hop(t: float, state: list[float]) -> list[float]:
 @pytest.mark.slow
 def test_hops_on_the_spot_are_those_of_two_masses_by_hand() -> None:
     run = eomgen.build(SCENE, profile="quick").simulate(
-        1.5, 5e-5, parameters={"speed": 0.0, "rise": 0.0}, record_every=100
+        0.7, 5e-5, parameters={"speed": 0.0, "rise": 0.0}, record_every=100
     )
-    exact = solve_ivp(vertical_hop, (0.0, 1.5), [0.75, 0.17, 0.0, 0.0], "Radau", run.t, rtol=1e-9, atol=1e-11)
+    exact = solve_ivp(vertical_hop, (0.0, run.t[-1]), [0.75, 0.17, 0.0, 0.0], "LSODA", run.t, rtol=1e-9, atol=1e-11)
     assert np.abs(run.outputs["hip"][:, 1] - exact.y[0]).max() < 1e-5
     assert exact.y[0].min() < 0.5 and np.abs(run.outputs["hip"][:, 0]).max() < 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_leg_hops_at_a_stable_height_and_speed() -> None:
     model = eomgen.build(SCENE, profile="quick")
     run = model.simulate(12.0)
