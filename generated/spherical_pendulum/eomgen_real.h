@@ -489,8 +489,7 @@ static inline eg_wide eg_asin(eg_wide x)
 {
     eg_bits far;
     eg_wide tail;
-    const eg_wide s = eg_arc_sine(x, &far, &tail), two = EG_WIDE(2.0);
-    const eg_wide times = eg_blend(far, -two, EG_WIDE(1.0));
+    const eg_wide s = eg_arc_sine(x, &far, &tail), two = EG_WIDE(2.0), times = eg_blend(far, -two, EG_WIDE(1.0));
     return eg_with_sign(eg_add_octants(eg_blend(far, two, EG_WIDE(0.0)), times * s, times * tail), x);
 }
 

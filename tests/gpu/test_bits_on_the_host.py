@@ -27,6 +27,17 @@ WITNESSES: dict[str, tuple[str, dict[str, Any]]] = {
     "tunable parameters": ("shear_frame_with_pendulum/scene", {}),
     "float": ("double_pendulum", {"real": "float", "method": "rk45"}),
 }
+WHEEL = """format = 1
+name = "wheel"
+[bodies.disc]
+mass = 1
+inertia = { xx = 1, yy = 1, zz = 1 }
+[joints.turn]
+type = "revolute"
+parent = "base"
+child = "disc"
+axis = [0, 0, 1]
+"""
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +95,18 @@ def test_laws_in_c_are_part_of_the_text(
     pair = Pair(wheel_scene(TYRE_LAW, tmp_path), tmp_path, method="rk4")
     assert_equal_functions(pair, rng)
     assert_equal_runs(pair, STEPS)
+
+
+def test_functions_of_formulas_in_float_have_the_bits_of_the_c(tmp_path: Path, rng: np.random.Generator) -> None:
+    """On the host both take the C library's; on a card CUDA's take its place."""
+    words = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "sqrt", "abs", "log")
+    values = {word: f"{word}(0.1 + 0.05 * q.turn**2)" for word in words}
+    values |= {"power": "(2 + q.turn)**0.3", "angle": "atan2(v.turn, q.turn)"}
+    file = "".join(f'{word} = {{ formula = "{formula}" }}\n' for word, formula in values.items())
+    (tmp_path / "scene.toml").write_text(f"{WHEEL}[outputs]\n{file}", encoding="utf-8")
+    pair = Pair(tmp_path / "scene.toml", tmp_path, real="float", terms=["outputs"])
+    assert pair.kernels["wheel_outputs_kernel"]["outputs"][0]["size"] == len(values)
+    assert_equal_functions(pair, rng)
 
 
 def test_kernels_for_rows_have_the_bits_of_the_functions(tmp_path: Path, rng: np.random.Generator) -> None:
