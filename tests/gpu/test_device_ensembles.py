@@ -130,6 +130,15 @@ def test_examples_have_the_bits_of_the_processor(name: str) -> None:
         np.testing.assert_array_equal(cpu.results[result], gpu.results[result], err_msg=result)
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("stand_in")
+def test_harmonics_of_a_road_have_tables_that_threads_share() -> None:
+    """Two tables: of the step, and of the shorter one at the end."""
+    car = built(EXAMPLES / "quarter_car" / "scene.toml", "generalized_alpha")
+    assert car.library.layout["method"]["harmonics"]["frequencies"] == 200
+    compare(*both(car, 0.1503, 1e-3, vary={"damper": "uniform(800, 1200)"}, samples=8, seed=1))
+
+
 @pytest.mark.long
 @pytest.mark.usefixtures("stand_in")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rosenbrock", "rattlie"])

@@ -233,6 +233,7 @@ class DeviceSamples(SampleRunner):
             kept.append(item)
             return ctypes.c_void_p(item.pointer)
 
+        harmonics = lanes.runs.library.layout["method"].get("harmonics", {})
         tables = inputs if lanes.runs.needs_input_tables else None
         held = None if tables is not None else inputs
         if not (parameters != parameters[0]).any():
@@ -250,6 +251,7 @@ class DeviceSamples(SampleRunner):
             ctypes.c_int(len(kernels.rows)),
             ctypes.c_double(run.grid.rest),
             ctypes.c_double(run.grid.end),
+            memory(device.allocate(32 * harmonics.get("frequencies", 0) * harmonics.get("pairs", 0))),
             memory(record),
         ]
         results: list[NDArray[Any]] = [extremes, findings, most]
