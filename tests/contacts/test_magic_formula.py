@@ -160,6 +160,19 @@ def test_a_coefficient_replaces_the_default_of_its_name() -> None:
     assert both[0] == both[1] != law.values(["stiffness_y"], numbers, **ROLLING)["stiffness_y"]
 
 
+def test_version_5_2_without_relaxation_lengths_has_the_length_zero() -> None:
+    """Files that were fitted to steady slips alone; the lateral length is the sine of the book."""
+    law, numbers = tangential_law("magic_formula", "5.2"), numbers_of("5.2")
+    given = {**ROLLING, "load": np.array([0.0, 1e-3, 4000.0])}
+    steady = {**numbers, **dict.fromkeys(("PTX1", "PTX2", "PTX3", "PTY1", "PTY2"), 0.0)}
+    found = law.values(["relaxation_x", "relaxation_y"], steady, **given)
+    assert [length.tolist() for length in found.values()] == [[0.0] * 3] * 2
+    ratio = given["load"] / numbers["FNOMIN"] / numbers.get("LFZO", 1.0)
+    sines = np.sin(2.0 * np.arctan(ratio / numbers["PTY2"]))
+    lengths = law.values(["relaxation_y"], numbers, **given)["relaxation_y"]
+    np.testing.assert_allclose(lengths / lengths[-1], sines / sines[-1], rtol=1e-9, atol=1e-15)
+
+
 def test_factors_of_curvature_are_limited() -> None:
     law, numbers = tangential_law("magic_formula", "6.1"), {**numbers_of("6.1"), "PEX2": 0.0, "PEX3": 0.0, "PEX4": 0.0}
     limits = ({"PEX1": 1.0}, {"PEX1": 3.0}, {"PEX1": 3.0, "CURVATURE_MOST": 1e3})
