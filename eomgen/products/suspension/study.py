@@ -123,7 +123,7 @@ def suspension(
     asked, scene = dict(ranges or {}), load_scene(file)
     _check_names(scene, names_of("hubs", "hubs", hubs, "hub"), steering, asked)
     if rows < 5 or rows % 2 == 0 or min(radius, height, *asked.values()) <= 0.0:
-        fault = "rows have to be odd and at least 5; radius, height and ends of ranges are above 0 [E2401]"
+        fault = "rows have to be odd and at least 5; radius, height and ends of ranges are above 0 [E2443]"
         raise UsageError(Problem("suspension", fault, "rows=33"))
     springs = [spring.name for spring in scene.springs]
     model = _rig(scene.name, Path(file), hubs, springs, steering, radius, dict(parameters or {}))
@@ -154,7 +154,7 @@ def _check_names(scene: Scene, hubs: Sequence[str], steering: str, ranges: Mappi
     for name, kind, known in names:
         if name not in known:
             hint = nearest(name, known) or f"one of {', '.join(known[:8])}"
-            raise UsageError(Problem("suspension", f"there is no {kind} {shown(name)} [E2400]", hint))
+            raise UsageError(Problem("suspension", f"there is no {kind} {shown(name)} [E2444]", hint))
 
 
 def _rig(
