@@ -21,6 +21,7 @@ def _curves(name: str) -> eomgen.SuspensionCurves:
     return eomgen.suspension(SYSTEM / f"{name}.toml", HUBS, steering="rack", radius=0.29, rows=9)
 
 
+@pytest.mark.long
 def test_an_axle_on_bushings_yields_as_maxwell_says():
     curves = _curves("front_axle_on_bushings").curves
     steer_by_force = np.radians(curves["side force"].slope("left_hub steer")) / 1e3  # rad/N
@@ -29,6 +30,7 @@ def test_an_axle_on_bushings_yields_as_maxwell_says():
     assert shift_by_moment == pytest.approx(steer_by_force, rel=0.01)  # the wheel leans by 0.01 rad
 
 
+@pytest.mark.long
 def test_bushings_change_kinematics_little_and_ideal_joints_yield_nothing():
     ideal, elastic = _curves("front_axle").curves, _curves("front_axle_on_bushings").curves
     camber = "left_hub camber"
@@ -37,6 +39,7 @@ def test_bushings_change_kinematics_little_and_ideal_joints_yield_nothing():
     assert 0.1 < np.ptp(elastic["side force"].columns[camber]) < 0.13
 
 
+@pytest.mark.slow
 def test_the_rate_of_a_wheel_is_that_of_its_spring():
     curves = _curves("front_axle").curves["travel"]
     ratio, load = curves.columns["left_spring motion ratio"], curves.columns["left_hub load"]
@@ -50,6 +53,7 @@ def test_the_rate_of_a_wheel_is_that_of_its_spring():
     assert 200.0 < weight[1] < 450.0
 
 
+@pytest.mark.slow
 def test_braking_supports_by_the_path_of_the_locked_wheel():
     found = eomgen.suspension(
         SYSTEM / "rear_axle.toml", HUBS, radius=0.29, rows=5, other_axle=2.7, height=0.55, brake_share=0.35
@@ -61,6 +65,7 @@ def test_braking_supports_by_the_path_of_the_locked_wheel():
     assert "steering" not in found.curves
 
 
+@pytest.mark.slow
 def test_results_are_written_as_tables_a_figure_and_a_page(tmp_path):
     result = _curves("front_axle")
     files = {file.name: file for file in result.save(tmp_path / "out")}
@@ -80,6 +85,7 @@ def test_results_are_written_as_tables_a_figure_and_a_page(tmp_path):
     assert "roll centre height" in page
 
 
+@pytest.mark.slow
 def test_wrong_calls_are_refused():
     axle = SYSTEM / "rear_axle.toml"
     with pytest.raises(UsageError, match=r"there is no body 'left_hup'; try: left_hub"):

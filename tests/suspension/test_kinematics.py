@@ -62,6 +62,7 @@ def _by_distances(travel: float, steer: float) -> dict[str, float]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["travel", "steering"])
 def test_curves_are_those_of_a_solver_by_distances(name):
     # 1e-9 mm at the radius of the wheel are 2e-10 deg
@@ -74,6 +75,7 @@ def test_curves_are_those_of_a_solver_by_distances(name):
             assert abs(found - scale * value) < tolerance, (quantity, x)
 
 
+@pytest.mark.slow
 def test_slopes_are_those_of_close_states():
     h = 1e-6
     near = [_by_distances(sign * h, 0.0) for sign in (-1, 1)]
@@ -92,6 +94,7 @@ def test_positions_are_those_of_a_solver_of_lengths():
         assert np.abs(np.ravel(own) - places).max() < 2e-9, travel
 
 
+@pytest.mark.slow
 def test_angles_of_steering_are_those_of_the_axis_between_the_balls():
     # the wheel rises a little on its pad, so the instantaneous axis is near the axis of the balls
     columns = _curves().curves["steering"].columns

@@ -1,0 +1,90 @@
+"""The car by hard points stands at its design position and on a slope, and turns to the left with its wheel."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+
+SYSTEM = Path(__file__).parents[2] / "examples/car/system"
+CORNERS = ("front_left", "front_right", "rear_left", "rear_right")
+
+
+@pytest.mark.slow
+def test_the_car_has_15_degrees_of_freedom() -> None:
+    system = eomgen.derive(SYSTEM / "car.toml")
+    assert (system.nq, system.nv, len(system.multipliers)) == (36, 31, 16)
+
+
+@cache
+def _car() -> eomgen.Model:
+    return eomgen.build(SYSTEM / "car.toml", profile="reproducible")
+
+
+@cache
+def _rest() -> Any:
+    return _car().equilibrium()
+
+
+def _still() -> dict[str, Any]:
+    return {"q": _rest().q, "v": np.zeros(_car().nv), "z": np.zeros(_car().nz)}
+
+
+@pytest.mark.long
+def test_the_car_stands_at_the_design_position() -> None:
+    car, rest = _car(), _rest()
+    place = dict(zip(car.q_names, rest.q, strict=True))
+    assert car.nz == 12
+    for corner in CORNERS:
+        assert abs(place[f"q.{corner}_lower"]) < 1e-3
+    assert abs(place["q.chassis[6]"]) < 2e-3
+    loads = car.outputs(rest.q, np.zeros(car.nv), np.zeros(car.nv), z=rest.z)["loads"]
+    assert loads.sum() == pytest.approx(9.81 * 1474.0)
+    assert loads[0] == pytest.approx(loads[1])
+    heave = np.sort(rest.frequencies[rest.frequencies > 1.0])[:3] / (2 * math.pi)
+    assert heave == pytest.approx([0.98, 1.45, 1.71], abs=0.03)
+
+
+@pytest.mark.long
+def test_the_braked_car_does_not_creep_on_a_slope_of_20_per_cent() -> None:
+    brakes = {"front_brake": 2500.0, "rear_brake": 2500.0}
+    slope = {"slope": math.atan(0.2)}
+    run = _car().simulate(
+        12.0, 1e-3, inputs=brakes, parameters=slope, initial=_still(), record_every=1000, error_estimate=False
+    )
+    assert run.success, run.message
+    assert abs(run.q[-1, 4] - run.q[-3, 4]) / 2.0 < 1e-6  # m/s
+    rolling = _car().simulate(1.0, 1e-3, parameters=slope, initial=_still(), record_every=1000, error_estimate=False)
+    assert rolling.q[-1, 4] < rolling.q[0, 4] - 0.5
+
+
+@pytest.mark.long
+def test_the_car_turns_to_the_left_and_understeers() -> None:
+    start = {"q": _rest().q}
+    run = _car().simulate(3.0, 1e-3, inputs={"steering": 0.5}, initial=start, record_every=10, error_estimate=False)
+    assert run.success, run.message
+    rate, speed = run.v[-1, 2], np.hypot(*run.v[-1, 3:5])
+    left, right = run.outputs["loads"][-1, [0, 1]]
+    wheels = 0.5 * 0.008 * math.radians(0.4) * 1e3  # 0.4 deg of each wheel by mm of the rack
+    assert run.q[-1, 5] > 5.0
+    assert 0.1 < rate < 0.9 * wheels * speed / 2.7
+    assert right > left + 500.0
+
+
+@pytest.mark.long
+def test_the_car_on_bushings_runs() -> None:
+    data = tomllib.loads((SYSTEM / "car.toml").read_text(encoding="utf-8"))
+    data["include"]["front"]["file"] = "front_axle_on_bushings.toml"
+    for part in data["include"].values():
+        part["file"] = str(SYSTEM / part["file"])
+    car = eomgen.build(data)
+    run = car.simulate(2.0, 1e-3, inputs={"steering": 0.5}, error_estimate=False)
+    assert run.success, run.message
+    assert 0.1 < run.v[-1, 2] < 0.2
