@@ -94,8 +94,10 @@ def test_wrong_calls_are_refused():
         eomgen.suspension(axle, HUBS, steering="rack")
     with pytest.raises(UsageError, match="there is no range 'bump'"):
         eomgen.suspension(axle, HUBS, ranges={"bump": 0.1})
-    with pytest.raises(UsageError, match="rows have to be odd and at least 5"):
+    with pytest.raises(UsageError, match="rows are odd and at least 5"):
         eomgen.suspension(axle, HUBS, rows=4)
+    with pytest.raises(UsageError, match="there is a hub at least"):
+        eomgen.suspension(axle, [])
     message = r"suspension: travel, 1000 mm: the constraints are off .*; try: a smaller end of the range"
     with pytest.raises(NumericalError, match=message):
         eomgen.suspension(axle, HUBS, rows=5, ranges={"travel": 2.0})

@@ -179,11 +179,11 @@ class SuspensionCurves:
             }
             for number, (curves, end, columns) in enumerate(self._panels())
         ]
-        title = f"{self.name}: kinematics and compliance"
+        title, rows = f"{self.name}: kinematics and compliance", self.characteristics
         canvases = "".join(f'<canvas id="{chart["id"]}"></canvas>' for chart in charts)
-        cells = [(place, name, f"{value:.5g}", unit) for place, name, value, unit in self.characteristics]
-        numbers = table(("range", "at the design position", "value", "unit"), cells)
+        cells = {name: [(row[1], f"{row[2]:.5g}", row[3]) for row in rows if row[0] == name] for name in self.curves}
+        tables = (table((name, "value", "unit"), listed) for name, listed in cells.items())
         parts = {"style": "pages/report.css", "curves": "pages/curves.js", "report": "pages/report.js"}
         data = {"name": title, "charts": charts}
-        content = page(title, f'<div class="charts">{canvases}</div>', numbers)
+        content = page(title, f'<div class="charts">{canvases}</div>', *tables)
         return page_of("pages/report.html", parts, data, "", content=content)

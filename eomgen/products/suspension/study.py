@@ -122,9 +122,9 @@ def suspension(
     """
     asked, scene = dict(ranges or {}), load_scene(file)
     _check_names(scene, names_of("hubs", "hubs", hubs, "hub"), steering, asked)
-    if rows < 5 or rows % 2 == 0 or min(radius, height, *asked.values()) <= 0.0:
-        fault = "rows have to be odd and at least 5; radius, height and ends of ranges are above 0 [E2443]"
-        raise UsageError(Problem("suspension", fault, "rows=33"))
+    if not hubs or rows < 5 or rows % 2 == 0 or min(radius, height, *asked.values()) <= 0.0:
+        fault = "there is a hub at least, rows are odd and at least 5, radius, height and ranges are above 0 [E2443]"
+        raise UsageError(Problem("suspension", fault, 'hubs=["left_hub", "right_hub"], rows=33'))
     springs = [spring.name for spring in scene.springs]
     model = _rig(scene.name, Path(file), hubs, springs, steering, radius, dict(parameters or {}))
     _, design = _at(model, {})
