@@ -10,7 +10,7 @@ class CudaNames(CNames):
 
     Functions with an argument ``EG_IN q`` or ``EG_OUT tau`` are templates: a kernel calls these with views of columns
     or rows of its arrays, a stepper with pointers. Statements are equal to the C, except sines and cosines of roads:
-    a thread computes them again, since its memory is slower than the work.
+    they come from a table that threads share or, without one, are computed again, since a thread's memory is slower.
     """
 
     keeps_turns = False
