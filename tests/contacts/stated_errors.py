@@ -46,12 +46,12 @@ def rows_of(case: Case) -> Iterator[Row]:
     model = eomgen.build(case.scene, profile="quick")
     known = reference(case, model)
     for part in STEPS:
-        yield from (_row(case, model, known, method, step=part * case.step) for method in FIXED)
+        yield from (row_of(case, model, known, method, step=part * case.step) for method in FIXED)
     for tolerance in TOLERANCES:
-        yield from (_row(case, model, known, method, tolerance=tolerance) for method in ADAPTIVE)
+        yield from (row_of(case, model, known, method, tolerance=tolerance) for method in ADAPTIVE)
 
 
-def _row(case: Case, model: eomgen.Model, known: Callable[[Array], Array], method: str, **setting: float) -> Row:
+def row_of(case: Case, model: eomgen.Model, known: Callable[[Array], Array], method: str, **setting: float) -> Row:
     method = OF_LOOPS.get(method, method) if model.multipliers else method
     options = {"step": case.step, **setting}
     run = model.simulate(case.duration, method=method, **options)
