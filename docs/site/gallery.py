@@ -83,7 +83,9 @@ def sweep(t: float) -> float:
 #: bodies do: fields, waves, energies of particles, machines at rest.
 MOTIONS: Mapping[str, Motion] = {
     "acrobot_swing_up": Motion("model/scene.toml", initial=(2.6, 0.4), words="without its motor, released high"),
-    "car": Motion("system/car.toml", inputs={"steering": lambda t: 0.6 if t > 1.0 else 0.0}, words="steered after a second"),
+    "car": Motion(
+        "system/car.toml", inputs={"steering": lambda t: 0.6 if t > 1.0 else 0.0}, words="steered after a second"
+    ),
     "car_in_side_wind": Motion("system/car.toml"),
     "cart_pole_swing_up": Motion("model/scene.toml", initial=(0.0, 2.8), words="without its drive, released high"),
     "coupled_fmus": Motion("scenes/monolith.toml"),
