@@ -64,7 +64,7 @@ class Curves:
         --------
         >>> curves = eomgen.suspension("examples/car/system/rear_axle.toml", ["left_hub", "right_hub"], rows=5)
         >>> round(curves.curves["travel"].slope("left_hub toe"), 3)
-        0.0
+        0.003
         """
         return float(slopes(self.x, self.columns[column])[len(self.x) // 2])
 

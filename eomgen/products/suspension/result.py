@@ -44,7 +44,7 @@ _SLOPES = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SuspensionCurves:
     """Result of ``suspension``.
 
@@ -59,6 +59,9 @@ class SuspensionCurves:
 
     name: str
     curves: Mapping[str, Curves]
+
+    def __repr__(self) -> str:
+        return f"<SuspensionCurves of {self.name}: {', '.join(self.curves)}>"
 
     @property
     def characteristics(self) -> list[tuple[str, str, float, str]]:
