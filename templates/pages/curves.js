@@ -142,10 +142,8 @@ class Chart {
   trace(ink, number, { x, value }, first, end, begun = 0) {
     ink.strokeStyle = CURVES[number % CURVES.length];
     ink.setLineDash(dashed(number) ? [6, 3] : []);
-    ink.lineDashOffset = begun;
-    ink.lineWidth = 1.7;
-    ink.lineJoin = "round";
-    ink.lineCap = dashed(number) ? "butt" : "round";
+    const lineCap = dashed(number) ? "butt" : "round";
+    Object.assign(ink, { lineDashOffset: begun, lineWidth: 1.7, lineJoin: "round", lineCap });
     ink.beginPath();
     let [length, at, column] = [begun, null, null]; // column: places [x, y, k] of its first, lowest, highest and last
     const go = (place) => {
