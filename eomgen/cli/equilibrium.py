@@ -105,7 +105,7 @@ def _print(
     forces = [(name, f"{value:.9g}") for name, value in data["multipliers"].items() if ": no " not in name]
     _print_first("multipliers of constraints", ("row", "value"), forces, whole=whole)
     frequencies = ", ".join(f"{value:.5g}" for value in result.frequencies[:12])
-    say(f"angular frequencies of small motions, rad/s: {frequencies}")
+    say(f"angular frequencies of small motions, rad/s, negative of growing ones: {frequencies}")
 
 
 def _print_coordinates(model: Model, result: Equilibrium, *, whole: bool) -> int:

@@ -132,9 +132,8 @@ def check_name(kind: str, name: object, known: Sequence[str], fixed: Sequence[st
     """
     if name in fixed and name not in known:
         problem = f"the {kind} {name} exists, but its value is fixed in the code [E0239]"
-        raise UsageError(
-            Problem("", problem, f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]")
-        )
+        hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters], or another value there"
+        raise UsageError(Problem("", problem, hint))
     if name not in known:
         hint = nearest(str(name), known) or WHERE.get(kind, "")
         none = "" if known else f": the scene has no {'tunable ' if kind == 'parameter' else ''}{kind}s"

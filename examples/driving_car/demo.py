@@ -1,5 +1,5 @@
 """Drive the manoeuvres of ``system``, print their figures and draw their reports: ``python demo.py [NAME ...] [--car
-FILE] [--out FOLDER]``, all manoeuvres by default."""
+FILE] [--speed KM/H] [--out FOLDER]``, all manoeuvres by default."""
 
 from __future__ import annotations
 
@@ -28,12 +28,14 @@ WHEELS = (("front left", BLUE), ("front right", VERMILION), ("rear left", GREEN)
 LENGTH, WIDTH = 4.1, 1.7
 
 
-def built(name: str, car: str) -> eomgen.Model:
-    """Return the model of a manoeuvre with the car of a file in ``system``."""
-    if car == "car.toml":
+def built(name: str, car: str, speed: float | None = None) -> eomgen.Model:
+    """Return the model of a manoeuvre with the car of a file in ``system``, at its speed or another one, km/h."""
+    if car == "car.toml" and speed is None:
         return eomgen.build(FOLDER / f"{name}.toml")
     data = tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
     data["include"]["car"]["file"] = str(FOLDER / car)
+    if speed is not None:
+        data["parameters"]["speed"]["value"] = f"{speed} km/h"
     for controller in data.get("controllers", {}).values():
         if "source" in controller:
             controller["source"] = str(FOLDER / controller["source"])
@@ -89,7 +91,7 @@ def step_steer(model: eomgen.Model) -> Figure:
             axis.axvspan(start, start + found["response"], color="black", alpha=0.08, linewidth=0.0)
             axis.plot(start + found["peak"], values.max(), "o", color="black", markersize=4)
             axis.set_title(
-                f"response time {found['response']:.3f} s, peak after {found['peak']:.3f} s,"
+                f"response time {found['response']:.3f} s (grey; dotted: 90 %), peak after {found['peak']:.3f} s,"
                 f" overshoot {100 * found['overshoot']:.0f} %",
                 loc="left",
                 fontsize=9,
@@ -118,7 +120,7 @@ def ramp_steer(model: eomgen.Model) -> Figure:
         xlabel="steer angle beyond wheelbase / radius, deg",
         ylabel="lateral acceleration, m/s²",
     )
-    left.set_title(f"handling diagram: {gradient:.3f} deg s²/m", loc="left", fontsize=9)
+    left.set_title(f"understeer gradient {gradient:.3f} deg s²/m (dashed)", loc="left", fontsize=9)
     for name, colour in (("sideslip", GREEN), ("roll", VERMILION)):
         right.plot(lateral, np.degrees(run[name]).ravel()[moving], color=colour, label=name)
     right.plot(lateral, np.degrees(run["steering_wheel"]).ravel()[moving] / 20, color=GREY, label="steering wheel / 20")
@@ -144,7 +146,8 @@ def sine_with_dwell(model: eomgen.Model) -> Figure:
         axes[1].plot([end + 1.0, end + 1.75], np.multiply(late, peak), "o", color=colour, markersize=3)
     for wait, share in ((1.0, 0.35), (1.75, 0.2)):
         axes[1].axvline(end + wait, color=GREY, linewidth=0.8, linestyle=":")
-        axes[1].annotate(f"limit {100 * share:.0f} %", (end + wait, axes[1].get_ylim()[0]), fontsize=8)
+        limit = f"at most {100 * share:.0f} %\nof the second peak"
+        axes[1].annotate(limit, (end + wait + 0.03, 12.0), fontsize=8)
     axes[0].legend(frameon=False, ncols=4)
     for axis, label in zip(axes, ("steering wheel, deg", "yaw rate, deg/s", "sideslip angle, deg"), strict=True):
         axis.set(ylabel=label, xlim=(0.5, 6.0))
@@ -191,14 +194,17 @@ def lane_change(model: eomgen.Model) -> Figure:
     print(f"lane change: {clearance(run):.2f} m to the cones at the least, {run['ground_speed'].min():.2f} m/s")
     figure, axes = panels(4, sharex=True)
     x = run["place"][:, 0] - 20.0
-    for path in corners(run):
-        axes[0].plot(*path, color=BLUE, linewidth=0.6)
-    axes[0].plot(x, run["place"][:, 1], color="black", linewidth=0.9)
+    for place, path in enumerate(corners(run)):
+        axes[0].plot(*path, color=BLUE, linewidth=0.6, label=None if place else "corners of the body")
+    axes[0].plot(x, run["place"][:, 1], color="black", linewidth=0.9, label="centre of mass")
     for first, last, right, left in lanes():
         for limit in (right, left):
             cones = np.linspace(first, last, 1 + round((last - first) / 5.0))
             axes[0].plot(cones, np.full(len(cones), limit), "^-", color=VERMILION, markersize=4, linewidth=0.8)
-    axes[0].set_ylabel("y, m")
+    axes[0].plot([], "^-", color=VERMILION, markersize=4, linewidth=0.8, label="cones")
+    axes[0].set(ylabel="y, m", ylim=(-1.5, 7.5))
+    axes[0].set_title(f"{clearance(run):.2f} m to the cones at the least", loc="left", fontsize=9)
+    axes[0].legend(frameon=False, loc="upper right", ncols=3)
     rows = (
         ("steering_wheel", "steering wheel, deg", 180 / np.pi),
         ("lateral_acceleration", "lateral acc., m/s²", 1.0),
@@ -219,8 +225,9 @@ def split_braking(model: eomgen.Model) -> Figure:
         t = run.t[shown]
         rows = axes[column::2]
         for wheel, (name, colour) in enumerate(WHEELS):
-            rows[0].plot(t, run["rolling"][shown, wheel], color=colour, linewidth=0.8, label=name)
-            rows[1].plot(t, run["torque"][shown, wheel], color=colour, linewidth=0.8)
+            for row, output in zip(rows, ("rolling", "torque"), strict=False):
+                line = "--" if wheel % 2 else "-"
+                row.plot(t, run[output][shown, wheel], line, color=colour, linewidth=0.8, label=name)
         rows[0].plot(t, run["ground_speed"].ravel()[shown], color="black", linewidth=1.0, label="car")
         heading = np.degrees(np.unwrap(run["heading"].ravel()))
         rows[2].plot(t, heading[shown], color=BLUE)
@@ -237,7 +244,6 @@ def split_braking(model: eomgen.Model) -> Figure:
     ):
         axis.set_ylabel(label)
     axes[0].legend(frameon=False, fontsize=7)
-    axes[4].set_ylim(-10.0, 90.0)
     return figure
 
 
@@ -255,8 +261,8 @@ def rough_road(model: eomgen.Model) -> Figure:
     left.legend(frameon=False)
     for wheel, (name, colour) in enumerate(WHEELS[::2]):
         right.plot(run.t, run["loads"][:, 2 * wheel] / 1e3, color=colour, linewidth=0.7, label=name)
-    right.set(xlabel="time, s", ylabel="load of a tyre, kN", xlim=(20.0, 24.0))
-    right.legend(frameon=False)
+    right.set(xlabel="time, s", ylabel="load of a tyre, kN", xlim=(20.0, 24.0), ylim=(0.0, 8.0))
+    right.legend(frameon=False, ncols=2)
     return figure
 
 
@@ -274,12 +280,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(MANOEUVRES)}")
     parser.add_argument("--car", default="car.toml", help="file of the car in system")
+    parser.add_argument("--speed", type=float, help="in km/h; the manoeuvre's by default")
     parser.add_argument("--out", type=Path, default=Path("out/driving_car"))
     arguments = parser.parse_args()
     plt.rcParams.update({"font.size": 9, "axes.spines.top": False})
     arguments.out.mkdir(parents=True, exist_ok=True)
     for name in arguments.names or MANOEUVRES:
-        figure = MANOEUVRES[name](built(name, arguments.car))
+        figure = MANOEUVRES[name](built(name, arguments.car, arguments.speed))
         # the picture of the example itself is its last manoeuvre with a course
         for file in (name, *(["driving_car"] if name == "lane_change" else [])):
             figure.savefig(arguments.out / f"{file}.png", dpi=120)

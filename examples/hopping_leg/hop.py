@@ -31,7 +31,7 @@ def draw(run: eomgen.Solution, path: Path) -> None:
         along.plot([hip[row, 0], foot[row, 0]], [hip[row, 1], foot[row, 1]], color=GREY, linewidth=0.5)
     along.plot(*hip.T, color=BLUE, linewidth=1.0, label="hip")
     along.plot(*foot.T, color=VERMILION, linewidth=1.0, label="foot")
-    along.set(xlabel="distance, m", ylabel="height, m")
+    along.set(xlabel="distance, m", ylabel="height, m", ylim=(-0.05, 1.05))
     height.plot(run.t, hip[:, 1], color=BLUE, linewidth=0.9)
     height.plot(tops.t, tops.q[:, 1], "o", color=VERMILION, markersize=4, label="top of a hop")
     height.plot(run.t, run.outputs["top"], ":", color="black", linewidth=0.9, label="wanted")
@@ -41,8 +41,8 @@ def draw(run: eomgen.Solution, path: Path) -> None:
     speed.set(xlabel="time, s", ylabel="speed, m/s")
     load.plot(run.t, 1e-3 * run.outputs["load"], color=BLUE, linewidth=0.7)
     load.set(xlabel="time, s", ylabel="load of the foot, kN")
-    for axes in (along, height, speed):
-        axes.legend(frameon=False, fontsize=8)
+    for axes, columns in ((along, 2), (height, 1), (speed, 1)):
+        axes.legend(frameon=False, fontsize=8, ncols=columns, loc="upper right" if axes is along else "best")
     for axes in (along, height, speed, load):
         axes.grid(alpha=0.3, linewidth=0.5)
     figure.savefig(path, dpi=120)

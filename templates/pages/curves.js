@@ -1,7 +1,10 @@
 // -- curves over time or another column: axes, ticks, lines, a cursor; zoom by dragging ---------------------------------
 
-/** Colours of curves, in order; the later half is dashed as well. */
+/** Colours of curves, in order. */
 const CURVES = ["#3f7fdb", "#ef8b2c", "#34a56f", "#d6455b", "#8d70d8", "#24a4b5"];
+
+/** Whether a curve is dashed: every other one, so that equal curves of two sides are both seen. */
+const dashed = (number) => (number + Math.floor(number / CURVES.length)) % 2 === 1;
 
 /** Marks at round numbers over a range, two or more, and the step between them. */
 function ticksOf(low, high, wanted) {
@@ -138,11 +141,9 @@ class Chart {
    * highest and the last, which look as all. `begun` is the length of the curve before; returns the one after. */
   trace(ink, number, { x, value }, first, end, begun = 0) {
     ink.strokeStyle = CURVES[number % CURVES.length];
-    ink.setLineDash(number >= 3 ? [6, 3] : []);
-    ink.lineDashOffset = begun;
-    ink.lineWidth = 1.7;
-    ink.lineJoin = "round";
-    ink.lineCap = number >= 3 ? "butt" : "round";
+    ink.setLineDash(dashed(number) ? [6, 3] : []);
+    const lineCap = dashed(number) ? "butt" : "round";
+    Object.assign(ink, { lineDashOffset: begun, lineWidth: 1.7, lineJoin: "round", lineCap });
     ink.beginPath();
     let [length, at, column] = [begun, null, null]; // column: places [x, y, k] of its first, lowest, highest and last
     const go = (place) => {
@@ -200,7 +201,7 @@ class Chart {
     for (const { name, number, x, row } of legend) {
       const y = 28 + 14 * row;
       ink.strokeStyle = number === null ? "transparent" : CURVES[number % CURVES.length];
-      ink.setLineDash(number >= 3 ? [4, 2] : []);
+      ink.setLineDash(dashed(number) ? [4, 2] : []);
       ink.beginPath();
       ink.moveTo(x, y);
       ink.lineTo(x + 12, y);

@@ -201,6 +201,15 @@ def test_a_flat_car_is_a_planar_model_in_scipy() -> None:
     assert np.abs(exact.y[2] - yaw_rate).max() < 2e-3 * yaw_rate.max()
 
 
+@pytest.mark.slow
+def test_a_manoeuvre_at_another_speed() -> None:
+    """At 90 km/h the lane change starts at 25 m/s, and a corner of the body touches a cone."""
+    demo = demo_module("driving_car")
+    run = demo.built("lane_change", "car.toml", 90.0).simulate(6.5)
+    assert run["ground_speed"][0] == pytest.approx(25.0, rel=1e-9)
+    assert demo.clearance(run) == pytest.approx(-0.11, abs=0.01)
+
+
 @pytest.mark.long
 def test_the_car_by_hard_points_takes_the_place_of_the_small_one() -> None:
     demo = demo_module("driving_car")

@@ -1,7 +1,8 @@
 /* Brakes of four wheels, front left, front right, rear left, rear right, every 5 ms. A wheel that loses speed fast, or
- * slips much, is released; one that comes back is held; else its torque follows the pedal. Both rear wheels take the
- * smaller torque of the two. Signals: speed of the car, m/s, speeds of rolling of the wheels, m/s, pedal from 0 to 1,
- * and 1 with this control or 0 without. Values: torques, N m. Memory: speeds of rolling, and 1 after the first release. */
+ * slips by more than 0.15, is released; one that comes back is held; else its torque follows the pedal. Both rear
+ * wheels take the smaller torque of the two. Signals: speed of the car, m/s, speeds of rolling of the wheels, m/s,
+ * pedal from 0 to 1, and 1 with this control or 0 without. Values: torques, N m. Memory: speeds of rolling, and 1
+ * after the first release. */
 int abs_control(double t, const double *signals, double *values, double *memory)
 {
     static const double most[4] = {2000.0, 2000.0, 800.0, 800.0};
