@@ -12,7 +12,6 @@ from eomgen.products.ensembles import command, designs, simulate_many, statistic
 from eomgen.products.ensembles.distributions import read_distribution
 
 NORMAL = read_distribution("vary x", "normal(0, 1)")
-PILOT = SimpleNamespace(columns=lambda: ["t", "q.x", "output.force"])
 
 SEAS = [SimpleNamespace(name="sea", variables=()), SimpleNamespace(name="swell", variables=("swell_z1",))]
 GUST = SimpleNamespace(follows="wind", own_variables=())
@@ -63,11 +62,11 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         " sobol",
     ),
     "no columns": (
-        lambda: simulate_many._columns(cast(Any, PILOT), []),
+        lambda: simulate_many._columns(["t", "q.x", "output.force"], []),
         "columns: no column is looked at; try: one of model.simulate(...).columns()",
     ),
     "unknown column": (
-        lambda: simulate_many._columns(cast(Any, PILOT), ["forse"]),
+        lambda: simulate_many._columns(["t", "q.x", "output.force"], ["forse"]),
         "columns: there is no column 'forse'; try: force",
     ),
     "resume without a folder": (

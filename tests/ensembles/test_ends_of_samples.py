@@ -8,7 +8,6 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.compiled.model import CompiledModel
 from eomgen.products.ensembles import samples
 from eomgen.products.ensembles.designs import Design
 from eomgen.products.ensembles.samples import EXTREMES, SampleRunner
@@ -26,8 +25,9 @@ def test_only_the_last_row_ends_a_sample(monkeypatch: pytest.MonkeyPatch, row: i
     solution = SimpleNamespace(success=True, t=TIMES, columns=lambda: {"x": first, "y": second, "z": first})
     monkeypatch.setattr(samples, "simulate", lambda *arguments, **options: solution)
     options: Any = SimpleNamespace(of=lambda values: {})
+    model: Any = SimpleNamespace(library=SimpleNamespace(layout={"method": {}}))
     every = SampleRunner(
-        cast(CompiledModel, None),
+        model,
         cast(Design, None),
         cast(VariedOptions, options),
         (0.0, 1.0),

@@ -54,7 +54,7 @@ def test_values_out_of_bounds_are_refused_and_those_within_are_not(key: str) -> 
     zero, negative = bool(row.broken([0.0])), bool(row.broken([-1e-9]))
     assert (zero, negative) in {(True, True), (False, True), (True, False)} and negative == bool(row.broken([-1e9]))
     flags = row.broken([np.array([1e-9, 0.0, -1e-9])])
-    np.testing.assert_array_equal(flags, [False, zero, negative])
+    np.testing.assert_array_equal(flags, [key == "contacts.normal.exponent", zero, negative])  # above 1
     assert "{" not in row.fault([-0.5])[0] and row.fault([-0.5])[1]
 
 

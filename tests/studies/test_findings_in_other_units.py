@@ -34,6 +34,7 @@ NOT_HERE = {
     "checkpoint": "files",
     "coarse_quantum": "quanta of the scene",
     "controller_cost": "seconds of the machine",
+    "contact_step": "steps and speeds, in tests of contacts",
     "passed_growth": "friction, in tests of resolution",
     "unknown_error": "words of the estimate",
     "model_limits": "words of the scene",

@@ -245,7 +245,7 @@ SECTION = _Contacts(
     reader=read_contact,
     bounds={
         **dict.fromkeys(("radius", "tube_radius", "semi_axes"), _LENGTH),
-        **dict.fromkeys(("first.position", "second.position", "tangential.coefficients")),
+        **dict.fromkeys(("first.position", "second.position")),
         "clearance": above_zero("the clearance of a housing [E2441]"),
         **{f"tangential.coefficients.{name}": above_zero(f"the coefficient {name} [E2442]") for name in POSITIVE},
         **bounds_of(normal_laws.LAWS, "normal"),
