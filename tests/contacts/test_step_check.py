@@ -156,3 +156,13 @@ def test_parameters_of_the_run_count() -> None:
     for stiffness, told in ((1e6, True), (1e5, False)):
         run = model.simulate(0.01, 5e-3, method="rk4", parameters={"k": stiffness}, error_estimate=False)
         assert any(finding.name == "contact_step" for finding in run.findings) is told
+
+
+def test_a_disc_that_lies_flat_is_no_fault_of_the_check() -> None:
+    """It has no single lowest point, so the run stops."""
+    text = falls((SOFT,), 0.05, "[0, 0, 0, 0, 0, 0]").replace('"ball" }\nshape = "sphere"', FLAT)
+    run = eomgen.build(scene_of(text), profile="quick").simulate(0.1, 1e-3, method="rk4")
+    assert "not a number" in run.message
+
+
+FLAT = '"ball", axis = [0, 0, 1] }\nshape = "disc"'

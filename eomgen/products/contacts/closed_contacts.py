@@ -224,7 +224,7 @@ class ClosedContacts:
                     kept[key] = _Laws(item, values)
                 pair = _Pair(item, kept[key], here, values)
                 gaps = [_values([bodies.motion(item, _Numbers(values)).gap])[0] for bodies in near]
-            except KeyError:  # a formula of positions or velocities
+            except (KeyError, ZeroDivisionError):  # a formula of positions or velocities; no single closest point
                 continue
             pull = (2.0 * pair.gap - sum(gaps)) / _SOON**2
             if (closing := self._closing_of(pair, float(pull))) is not None:
