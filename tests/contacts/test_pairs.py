@@ -8,7 +8,7 @@ import pytest
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.products.testing.demands import partials_error, power_error
-from tests.contacts.pairs import NORMAL, SHAPES, TANGENTIAL, contact, pair, scene_of, states_of
+from tests.contacts.pairs import BODIES, NORMAL, SHAPES, TANGENTIAL, contact, pair, scene_of, states_of
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import derivative, random_states, rotation_of
 
@@ -165,6 +165,19 @@ def test_places_in_a_housing_are_where_geometry_has_them(shape: str, rng: np.ran
         slip = [along @ (moving[1] - moving[0]), np.cross(along, outward) @ (moving[1] - moving[0])]
         expected = [0.001 - np.linalg.norm(offset), *(axes.T @ (point - first)), *slip]
         np.testing.assert_allclose(found[k], expected, rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_hollow_sphere_pushes_inward_along_each_axis(axis: int) -> None:
+    """Axes of slip do not exist on y of the first frame; the normal force does."""
+    first = '{ body = "base", axis = [0, 0, 1], x_axis = [1, 0, 0] }'
+    bodies = BODIES.format(parent="base", offset=0)
+    entry = contact("floor", first, 'body = "ball"', 'type = "linear", stiffness = 1e4', "coulomb", "hollow")
+    system = derive(scene_of(bodies + entry, gravity=[0, 0, 0]), ["force"])
+    place = 0.003 * np.eye(3)[axis]
+    state = {"q": np.array([[*[1.0, 0, 0, 0, 0, 0, 0], 1.0, 0, 0, 0, *place]]), "v": np.zeros((1, 12))}
+    force = tape_evaluator(system)("force", state | {"t": np.zeros((1, 1))})["Q"][0, 9:]
+    np.testing.assert_allclose(force, -20.0 * np.eye(3)[axis], atol=1e-12)
 
 
 def test_the_linear_law_is_that_of_tyres(rng: np.random.Generator) -> None:

@@ -205,6 +205,12 @@ joints.up = { type = "prismatic", parent = "trolley", child = "wheel", axis = [0
             "",
             "(contacts.road.tangential.coefficients.PKY11): 'PKY11' is not",
         ),
+        (f"{TYRE}, coefficients = {{ force_x = 3 }}", "", "coefficients.force_x): 'force_x' is not a coefficient of"),
+        (
+            f"{TYRE}, coefficients = {{ VERTICAL_DAMPING = -3 }}",
+            "",
+            "the coefficient VERTICAL_DAMPING is -3; try: 0 or",
+        ),
         ('type = "magic_formula"', SPRING, "the type magic_formula needs the key file; try: file = "),
         ('type = "magic_formula", file = "no.tir"', SPRING, "(contacts.road.tangential.file"),
         ('type = "brush", coefficients = { FRICTION = 1 }', SPRING, "tangential): coefficients are missing: STIFFNESS"),
@@ -217,6 +223,22 @@ def test_wrong_tyres_are_told(law: str, normal: str, message: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         wheel(law, normal=normal)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("FNOMIN ", "FNOMIN = -4 $", "car.tir:30 (FNOMIN) (contacts.road.tangential.file): the coefficient FNOMIN is"),
+        ("= 61 ", "= 70 ", "car.tir:13 (FITTYP) (contacts.road.tangential.file): the Magic Formula of FITTYP = 70 is"),
+    ],
+)
+def test_wrong_numbers_of_a_file_are_told_once_with_their_line(
+    old: str, new: str, message: str, tmp_path: Path
+) -> None:
+    (tmp_path / "car.tir").write_text(OWN.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(DescriptionError) as caught:
+        wheel(f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"')
+    assert len(caught.value.problems) == 1 and message in str(caught.value)
 
 
 @pytest.mark.parametrize("version", MORE)

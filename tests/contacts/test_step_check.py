@@ -60,6 +60,23 @@ first = { body = "ball" }
 second = { body = "load", position = [0, 0, 1] }
 length = 1.0
 """
+
+
+def rolls(law: str) -> str:
+    """Return the scene of a tyre whose normal force has a law."""
+    wheel = FREE.format(0.29, "[0, 65, 0, 20, 0.1, 0]").replace("0.1, inertia = [4e-5, 4e-5, 4e-5]", f"20, {INERTIA}")
+    return f"""{wheel}
+[contacts.road]
+first = {FLOOR}
+second = {{ body = "ball", axis = [0, 1, 0] }}
+shape = "disc"
+radius = 0.31
+normal = {{ {law} }}
+tangential = {{ type = "brush", coefficients = {{ STIFFNESS = 15, FRICTION = 0.9 }} }}
+"""
+
+
+INERTIA = "inertia = [1, 1, 1]"
 SCENES = {
     "drop": RAIL.format(0.45) + contact("floor", FLOOR, 'body = "ball"', LINEAR),
     "rest": RAIL.format(0.39999) + contact("floor", FLOOR, 'body = "ball"', LINEAR),
@@ -68,6 +85,10 @@ SCENES = {
     "coulomb": falls((SOFT, 'type = "coulomb", friction = 0.5, velocity = 0.5')),
     "bristles": falls((SOFT, BRISTLES)),
     "sliding": falls((SOFT, BRISTLES), 0.39954, "[0, 0, 0, 3, 0, 0]"),
+    "tyre": rolls('type = "linear", stiffness = "200 kN/m", damping = 500'),
+    "tyre in time": rolls('type = "formula", force = "2e5 * deflection * (1 + 0.1 * t) - 500 * rate"'),
+    "law of positions": rolls('type = "formula", force = "2e5 * deflection * (1 + q.ball[4])"')
+    + contact("roof", FLOOR, 'body = "ball"', 'type = "linear", stiffness = 2e9').replace("0.4", "0.31"),
     "on a roof": falls((SOFT, BRISTLES)).replace(FLOOR, '{ body = "base", position = [0, 0, 9], axis = [0, 0, -1] }'),
 }
 
@@ -107,6 +128,10 @@ def built(scene: str) -> Model:
         ("bristles", "rk4", 2e-5, ""),
         ("sliding", "rk4", 2e-4, "grow with the friction of the contact floor, which has a rate of 3.06e+04 1/s"),
         ("on a roof", "rk4", 1e-3, ""),
+        ("tyre", "rk4", 5e-2, "grow with the friction of the contact road, which has a rate of"),
+        ("tyre", "rk4", 1e-3, ""),
+        ("tyre in time", "rk4", 5e-2, "grow with the friction of the contact road, which has a rate of"),
+        ("law of positions", "rk4", 1e-3, "grow with the normal force of the contact roof"),
     ],
 )
 def test_steps_are_told_at_the_start(scene: str, method: str, step: float, told: str) -> None:
@@ -131,3 +156,13 @@ def test_parameters_of_the_run_count() -> None:
     for stiffness, told in ((1e6, True), (1e5, False)):
         run = model.simulate(0.01, 5e-3, method="rk4", parameters={"k": stiffness}, error_estimate=False)
         assert any(finding.name == "contact_step" for finding in run.findings) is told
+
+
+def test_a_disc_that_lies_flat_is_no_fault_of_the_check() -> None:
+    """It has no single lowest point, so the run stops."""
+    text = falls((SOFT,), 0.05, "[0, 0, 0, 0, 0, 0]").replace('"ball" }\nshape = "sphere"', FLAT)
+    run = eomgen.build(scene_of(text), profile="quick").simulate(0.1, 1e-3, method="rk4")
+    assert "not a number" in run.message
+
+
+FLAT = '"ball", axis = [0, 0, 1] }\nshape = "disc"'

@@ -64,6 +64,8 @@ def test_a_file_without_a_version_is_of_version_5_2(tyre: Callable[[str, str], T
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
+        ("= -20.0", "= nan", "car.tir:118 (PKY1): 'nan' is not a number"),
+        ("PPY1 ", "PPY1 = O.4 $", "(PPY1): 'O.4' is not a number"),
         ("= -20.0", "= -2O.0", "car.tir:118 (PKY1): '-2O.0' is not a number"),
         ("PKY2                    = 1.8", "PKY1 = -19", "car.tir:118 (PKY1): PKY1 is in line 118 and in line 119"),
         ("PKY2 ", "PKY2 1.8 $", "car.tir:119: 'PKY2 1.8 $"),
@@ -77,6 +79,21 @@ def test_mistakes_have_file_line_and_key(
     with pytest.raises(DescriptionError) as caught:
         tyre(old, new)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("$ A tyre", "\ufeff$ A tyre"),
+        ("= 61 ", "= '61' "),
+        ("PKY1 ", "$ a page \x0c and a line \u2028 of a text\nPKY1 "),
+    ],
+)
+def test_marks_of_editors_and_numbers_in_quotes_do_not_matter(
+    tyre: Callable[[str, str], TyreFile], old: str, new: str
+) -> None:
+    file = tyre(old, new)
+    assert file.numbers == own_tyre().numbers and file.version == "6.1"
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,7 @@ from eomgen.products.contacts.laws import LOCAL_NAMES, rate_name
 from eomgen.products.contacts.pair import PairMotion
 from eomgen.products.contacts.section import Contact
 from eomgen.products.contacts.slip_laws import OF_FILE
+from eomgen.products.contacts.surfaces import FOLLOWER
 from eomgen.results.finding import Finding
 from eomgen.simulation.stepping.run import Run
 from eomgen.symbolic.calculus.partials import gradient
@@ -40,6 +41,8 @@ from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Tape
 
+#: Kinds of symbols that have a value at a start; time has the empty name.
+_KNOWN = ("parameter", "input", "time")
 #: Time after which the gap is asked for again, s.
 _SOON = 1e-5
 #: Laws that a library keeps, by contact and parameters.
@@ -50,13 +53,16 @@ _MOTIONS = tuple(name for name in LOCAL_NAMES if name not in ("deflection", "loa
 
 
 class _Numbers:
-    """Formulas of parameters as constants on a tape, in place of the quantities of a scene."""
+    """Formulas of parameters, inputs and time as constants on a tape, in place of the quantities of a scene. Raises
+    KeyError for other quantities."""
 
     def __init__(self, values: Mapping[str, float]) -> None:
         self.algebra, self._values = Algebra(Tape()), values
 
     def __call__(self, symbol: Symbol) -> Scalar:
-        return self.algebra.scalar(self._values[symbol.name])
+        return self.algebra.scalar(
+            self._values[symbol.name if symbol.kind in _KNOWN else f"{symbol.kind}.{symbol.name}"]
+        )
 
     def formula(self, formula: Formula) -> Scalar:
         return record(self.algebra, formula, self)
@@ -107,6 +113,7 @@ class _Laws:
         self._inputs = [*_MOTIONS, *self.states]
         known = {name: Scalar(tape, tape.input("local", k)) for k, name in enumerate(self._inputs)}
         known |= {"deflection": algebra.call(Op.MAX, -known["gap"], zero), "camber": zero}
+        known["depth"] = zero if item.shape == FOLLOWER else known["deflection"]
         results, normal = dict.fromkeys(_FORCES, zero), normal_laws.LAWS.get(item.normal.name, OF_FILE)
         for law, applied in ((normal, item.normal), (friction, item.tangential)):
             if law is not None and applied is not None:
@@ -200,6 +207,7 @@ class ClosedContacts:
         M = basis.T @ model.mass(state.q, parameters=p) @ basis
         self._mobility = basis @ np.linalg.solve(M, basis.T)
         self._v, u = state.v, run.signals.rows(np.array([t]))[0] if run.takes_rows else None
+        values |= {"": t, **dict(zip(run.signals.names, [] if u is None else u.tolist(), strict=False))}
         a = accelerations(model, state.q, state.v, t, u, z=state.z, parameters=p)
         ways = np.array([_SOON * (sign * state.v + 0.5 * _SOON * a) for sign in (0.0, 1.0, -1.0)])
         ways[0] = 0.0
@@ -211,10 +219,13 @@ class ClosedContacts:
             kept.clear()
         self._closing = []
         for item in items:
-            if (key := (item.name, p.tobytes())) not in kept:
-                kept[key] = _Laws(item, values)
-            pair = _Pair(item, kept[key], here, values)
-            gaps = [_values([bodies.motion(item, _Numbers(values)).gap])[0] for bodies in near]
+            try:
+                if (key := (item.name, np.array([*values.values()]).tobytes())) not in kept:
+                    kept[key] = _Laws(item, values)
+                pair = _Pair(item, kept[key], here, values)
+                gaps = [_values([bodies.motion(item, _Numbers(values)).gap])[0] for bodies in near]
+            except (KeyError, ZeroDivisionError):  # a formula of positions or velocities; no single closest point
+                continue
             pull = (2.0 * pair.gap - sum(gaps)) / _SOON**2
             if (closing := self._closing_of(pair, float(pull))) is not None:
                 self._closing.append(closing)

@@ -62,7 +62,7 @@ class PairMotion:
         self.point = plus(self.pair.second.origin, scaled(self._quantities.formula(self._item.radius), outward))
         self.gap = self._quantities.formula(self._item.clearance) - dot(offset, outward)
         self._tangents = along, cross(along, outward)
-        self.normal = self.gradient = cross(*self._tangents)
+        self.normal = self.gradient = scaled(-1.0, outward)
 
     def _place_below_centre(self) -> None:
         algebra, first, centre = self.algebra, self.pair.first, self.pair.second.origin

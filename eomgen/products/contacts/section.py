@@ -20,7 +20,7 @@ from eomgen.products.contacts.laws import (
     state_name,
     table_of,
 )
-from eomgen.products.contacts.slip_laws import KEYS, OF_FILE, POSITIVE, SlipLaw, read_coefficients
+from eomgen.products.contacts.slip_laws import BOUNDS, KEYS, OF_FILE, SlipLaw, read_coefficients
 from eomgen.products.contacts.surfaces import FOLLOWER, HEIGHT, surface_fields
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
@@ -194,7 +194,8 @@ class _Contacts(ElementSection):
         known = {} if item.tangential is None else item.tangential.values
         if "FITTYP" not in known:
             hint = 'normal = { type = "linear", stiffness = "200 kN/m" }'
-            reading.report.add(key, "no law of the normal force, and no tyre's file with a stiffness [E2438]", hint)
+            fault = "no law of the normal force, and no tyre's file with a stiffness [E2438]"
+            reading.report.add(key, fault, hint, follows=(f"{key}.tangential.file",))
         return replace(item, normal=AppliedLaw(OF_FILE.name, known))
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
@@ -247,7 +248,7 @@ SECTION = _Contacts(
         **dict.fromkeys(("radius", "tube_radius", "semi_axes"), _LENGTH),
         **dict.fromkeys(("first.position", "second.position")),
         "clearance": above_zero("the clearance of a housing [E2441]"),
-        **{f"tangential.coefficients.{name}": above_zero(f"the coefficient {name} [E2442]") for name in POSITIVE},
+        **{f"tangential.coefficients.{name}": bound for name, bound in BOUNDS.items()},
         **bounds_of(normal_laws.LAWS, "normal"),
         **bounds_of(friction_laws.LAWS, "tangential"),
     },

@@ -18,6 +18,7 @@ from eomgen.products.contacts.tangential_laws import TangentialLaw, tangential_l
 from eomgen.products.contacts.tyre_files import read_tyre_file, version_of
 from eomgen.scene.reading.key_metadata import optional
 from eomgen.scene.reading.kinds import Value
+from eomgen.scene.reading.requirements import Bound, Row, above_zero, not_below_zero
 from eomgen.scene.reading.values import Values
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -31,20 +32,20 @@ _MIRRORED = (
     *("lagged_slip_y", "slip_velocity_y", "camber", "force_y", "moment_x", "moment_z", "road_moment_x", "slip_y"),
     *("rate_y", "part_y"),
 )
-#: Coefficients of scenes that are above 0.
-POSITIVE = (
-    *("FRICTION", "STIFFNESS", "STIFFNESS_X", "STIFFNESS_Y", "STIFFNESS_Z", "RADIUS", "LOAD", "RELAXATION", "LMUX"),
-    *(
-        "LMUY",
-        "FNOMIN",
-        "NOMPRES",
-        "UNLOADED_RADIUS",
-        "VERTICAL_STIFFNESS",
-        "LONGITUDINAL_STIFFNESS",
-        "RELAXATION_LEAST",
-    ),
-    *("LATERAL_STIFFNESS", "SLIP_MOST"),
-)
+#: Bounds of coefficients, of scenes and of files.
+BOUNDS: Mapping[str, Bound] = {
+    name: rule(f"the coefficient {name} [E2442]")
+    for rule, names in (
+        (
+            above_zero,
+            """FRICTION STIFFNESS STIFFNESS_X STIFFNESS_Y STIFFNESS_Z RADIUS LOAD VELOCITY RELAXATION RELAXATION_LEAST
+            SLIP_MOST LMUX LMUY LFZO FNOMIN NOMPRES INFLPRES LONGVL UNLOADED_RADIUS ONSET SMOOTH_SPEED SMOOTH_SLIP
+            SMOOTH_CAMBER VERTICAL_STIFFNESS LONGITUDINAL_STIFFNESS LATERAL_STIFFNESS""",
+        ),
+        (not_below_zero, "SETTLING VERTICAL_DAMPING BOTTOM_STIFF"),
+    )
+    for name in names.split()
+}
 _RESULTS = {
     name: name
     for name in (
@@ -140,7 +141,7 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
             version = file.version
             file.check_turn_slip()
         except EomgenError as error:
-            report.add_error(f"{key}.file", error)
+            report.add_file_error(f"{key}.file", error)
             return {}
         other = entry.side is not None and entry.side != file.side
         numbers = {name: Number(value) for name, value in file.numbers.items()}
@@ -159,11 +160,15 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
         for name, value in (entry.coefficients or {}).items()
     }
     for name in given:
-        if name not in law.coefficients(results, {name: 0.0}):
+        if not name.isupper() or name not in law.coefficients(results, {name: 0.0}):
             fault = f"{shown(name)} is not a coefficient of {row.name} [E2439]"
             report.add(f"{key}.coefficients.{name}", fault, "a name from the formulas of the law")
     known = {**numbers, **bind_to_contact(given, contact)}
     used = law.coefficients(results, known)
+    for name in sorted({*used} & {*numbers} & {*BOUNDS} - {*given}):
+        rule, value = Row((name,), *BOUNDS[name], stage=0), file.numbers[name]
+        if rule.broken([value]):
+            report.add_file_error(f"{key}.file", file.fault(name, *rule.fault([value])))
     if missing := [name for name in used if name not in known]:
         hint = f"coefficients = {{ {missing[0]} = ... }}"
         report.add(key, f"coefficients are missing: {listed(missing)} [E2440]", hint)

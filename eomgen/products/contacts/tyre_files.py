@@ -127,7 +127,8 @@ def read_tyre_file(path: Path) -> TyreFile:
     sections: dict[str, str] = {}
     file = TyreFile(path.name, numbers, texts, lines, sections)
     section, in_table = "", False
-    for number, text in enumerate(read_bytes(path, MOST_BYTES).decode("utf-8", "replace").splitlines(), 1):
+    for number, line in enumerate(read_bytes(path, MOST_BYTES).splitlines(), 1):
+        text = line.decode("utf-8-sig", "replace")
         match = _LINE.fullmatch(text.strip())
         if match and match["section"] is not None:
             section, in_table = match["section"].strip().upper(), False
@@ -137,18 +138,18 @@ def read_tyre_file(path: Path) -> TyreFile:
             fault = f"{shown(text.strip()[:40])} is neither a section nor a key with a value [E2434]"
             raise DescriptionError(Problem(f"{path.name}:{number}", fault, "KEY = value, or $ before a comment"))
         elif match["key"]:
-            key, value = match["key"].upper(), match["value"].strip()
+            key, value = match["key"].upper(), match["value"].strip().strip("'\"").strip()
             if section == "UNITS":
-                units[key] = value.strip("'\"").strip().lower()
+                units[key] = value.lower()
                 continue
             if key in lines:
                 fault = f"{key} is in line {lines[key]} and in line {number} [E2435]"
                 raise file.fault(key, fault, "one of the two")
             lines[key], sections[key] = number, section
-            if re.match(r"[-+.\d]|$", value):
+            if key in _coefficients() or re.match(r"[-+.\d]|$", match["value"].strip()):
                 numbers[key] = _number(file, key, value)
             else:
-                texts[key] = value.strip("'\"").strip()
+                texts[key] = value
     _convert(file, numbers, units)
     return file
 
@@ -177,6 +178,15 @@ def _convert(file: TyreFile, numbers: dict[str, float], units: Mapping[str, str]
     for text, keys in _data()["dimensions"].items():
         factor = evaluate(read_formula(text, names, PARAMETERS), lambda symbol: factors[symbol.name])
         numbers.update({key: factor * numbers[key] for key in keys.split() if key in numbers})
+
+
+@cache
+def _coefficients() -> frozenset[str]:
+    """Return the names that are numbers in all files."""
+    laws = [tangential_law("magic_formula", version) for version in set(_data()["versions"].values())]
+    return frozenset(
+        {"FITTYP", "USE_MODE"}.union(*([*law.formulas, *law.coefficients([*law.formulas], {})] for law in laws))
+    )
 
 
 @cache

@@ -8,7 +8,7 @@ from operator import itemgetter
 
 from eomgen.base.data import replace
 from eomgen.base.messages import nearest, shown
-from eomgen.errors import DescriptionError, EomgenError, FileError, Problem
+from eomgen.errors import DescriptionError, EomgenError, Problem
 
 _LAST_PART = re.compile(r"(\.[A-Za-z_][A-Za-z0-9_]*|\[\d+\]|\.?'[^']*'|\.?\"[^\"]*\")$")
 
@@ -64,7 +64,7 @@ class Report:
         """Note the first problem of an error, with its fault and remedy, at a dotted key; ``follows`` as of ``add``."""
         self.add(key, error.problems[0].what, error.problems[0].hint, follows)
 
-    def add_file_error(self, key: str, error: FileError) -> None:
+    def add_file_error(self, key: str, error: EomgenError) -> None:
         """Note the first problem of an error in another file, at the place in that file, and under a dotted key."""
         problem = error.problems[0]
         self.add_problem(key, replace(problem, where=f"{problem.where} ({key})"))
