@@ -22,9 +22,9 @@ import pytest
 pytestmark = pytest.mark.slow
 
 CHECKOUT = Path(__file__).parents[2]
-#: Bytes of the wheel at most: 3.646 million on 29 November 2026, with docstrings that say arguments and results (shares
+#: Bytes of the wheel at most: 3.707 million on 30 November 2026 with contacts, cars and suspensions (shares of docstrings
 #: in docs/contributing/decisions.md).
-LARGEST = 3_700_000
+LARGEST = 3_750_000
 #: Bytes of one file of it, compressed, at most: tables, meshes and pictures would be larger; text of modules is less.
 LARGEST_FILE = 20_000
 #: Bytes of the archive of examples, compressed, at most.
