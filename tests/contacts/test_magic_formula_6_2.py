@@ -41,16 +41,17 @@ def vertical_force(
     fy: float,
 ) -> float:
     """Return the force of a wheel with a loaded and a free radius, by the manual of MF-Tyre 6.2."""
-    size, tilt, get = abs(gamma), np.tan(abs(gamma)), lambda key: p.get(key, 0.0)
+    p = {**dict.fromkeys(MORE["6.2"], 0.0), **p}
+    size, tilt = abs(gamma), np.tan(abs(gamma))
     penetration = free - radius
-    stretch = [r * get("Q_CAM1") + r**2 * get("Q_CAM2") for r in (radius, free)]
+    stretch = [r * p["Q_CAM1"] + r**2 * p["Q_CAM2"] for r in (radius, free)]
     deflection = penetration
     if stretch[1]:
         half_tread = p["WIDTH"] * (1.075 - 0.5 * p["ASPECT_RATIO"]) / 8.0
-        deflection += (stretch[0] / stretch[1]) ** 2 * half_tread * tilt - get("Q_CAM3") * penetration * size
+        deflection += (stretch[0] / stretch[1]) ** 2 * half_tread * tilt - p["Q_CAM3"] * penetration * size
     relative, share = deflection / p["UNLOADED_RADIUS"], radius / free
-    shift = (get("Q_FYS1") + get("Q_FYS2") * share + get("Q_FYS3") * share**2) * gamma
-    lost_x, lost_y = p["Q_FCX"] * fx / p["FNOMIN"], p["Q_FCY"] * relative ** get("Q_FCY2") * (fy - shift) / p["FNOMIN"]
+    shift = (p["Q_FYS1"] + p["Q_FYS2"] * share + p["Q_FYS3"] * share**2) * gamma
+    lost_x, lost_y = p["Q_FCX"] * fx / p["FNOMIN"], p["Q_FCY"] * relative ** p["Q_FCY2"] * (fy - shift) / p["FNOMIN"]
     faster = p["Q_V2"] * abs(omega) * p["UNLOADED_RADIUS"] / p["LONGVL"]
     linear = np.sqrt((p["VERTICAL_STIFFNESS"] * p["UNLOADED_RADIUS"] / p["FNOMIN"]) ** 2 - 4.0 * p["Q_FZ2"])
     spring = p["FNOMIN"] * (linear * relative + p["Q_FZ2"] * relative**2)
@@ -104,8 +105,9 @@ def test_moments_about_x_and_y(file: str) -> None:
 
 def test_a_locked_wheel_has_no_rolling_moment_in_either_direction() -> None:
     """The slip is by the modulus of the forward speed, so that 1 is a locked wheel that slides backwards."""
-    given = {"load": 4000.0, "slip_x": np.array([-1.0, 1.0, 0.0, 0.0]), "slip_y": 0.0, "camber": 0.0}
-    found = LAW.values(["moment_y"], FULL, **given, velocity_x=np.array([9.0, -9.0, 9.0, -9.0]))["moment_y"]
+    slip, speed = np.array([-1.0, 1.0, 0.0, 0.0]), np.array([9.0, -9.0, 9.0, -9.0])
+    given = {"slip_x": slip, "velocity_x": speed, **dict.fromkeys(("slip_y", "camber"), np.zeros(4))}
+    found = LAW.values(["moment_y"], FULL, load=4000.0, **given)["moment_y"]
     np.testing.assert_allclose(found[:2], 0.0, atol=1e-12)
     assert found[2] == pytest.approx(-found[3], rel=1e-12) and found[2] < -1.0
 
