@@ -22,7 +22,7 @@ def checkout_stamp() -> str:
         with os.scandir(folders.pop()) as entries:
             for entry in entries:
                 name = entry.name
-                if name.endswith((".py", ".jinja")):
+                if name.endswith((".py", ".jinja", ".toml")):
                     status = entry.stat()
                     files.append((entry.path, status.st_size, status.st_mtime_ns))
                 elif name != "__pycache__" and entry.is_dir():

@@ -96,8 +96,15 @@ def test_wrong_calls_are_refused():
         eomgen.suspension(axle, HUBS, ranges={"bump": 0.1})
     with pytest.raises(UsageError, match="rows are odd and at least 5"):
         eomgen.suspension(axle, HUBS, rows=4)
-    with pytest.raises(UsageError, match="there is a hub at least"):
-        eomgen.suspension(axle, [])
+    for hubs in ([], HUBS[:1] * 2):
+        with pytest.raises(UsageError, match="hubs are different ones"):
+            eomgen.suspension(axle, hubs)
+    with pytest.raises(UsageError, match="brake_share is 0 to 1"):
+        eomgen.suspension(axle, HUBS, brake_share=1.5)
+    with pytest.raises(UsageError, match="radius: a number is needed, not str"):
+        eomgen.suspension(axle, HUBS, radius="0.3 m")
+    with pytest.raises(UsageError, match="height is nan, not a finite number"):
+        eomgen.suspension(axle, HUBS, height=float("nan"))
     message = r"suspension: travel, 1000 mm: the constraints are off .*; try: a smaller end of the range"
     with pytest.raises(NumericalError, match=message):
         eomgen.suspension(axle, HUBS, rows=5, ranges={"travel": 2.0})

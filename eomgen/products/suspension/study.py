@@ -12,6 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, names_of
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import nearest, shown
+from eomgen.compiled.arguments import number_of
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.pipeline.documents import load_scene
 from eomgen.pipeline.model import Model
@@ -121,9 +122,15 @@ def suspension(
     array([ 0.87,  0.4 , -0.57, -2.05, -4.08])
     """
     asked, scene = dict(ranges or {}), load_scene(file)
-    _check_names(scene, names_of("hubs", "hubs", hubs, "hub"), steering, asked)
-    if not hubs or rows < 5 or rows % 2 == 0 or min(radius, height, *asked.values()) <= 0.0:
-        fault = "there is a hub at least, rows are odd and at least 5, radius, height and ranges are above 0 [E2443]"
+    hubs = names_of("hubs", "hubs", hubs, "hub")
+    _check_names(scene, hubs, steering, asked)
+    above_zero = {"radius": radius, "height": height, **asked}
+    for name, value in (above_zero | {"rows": rows, "other_axle": other_axle, "brake_share": brake_share}).items():
+        number_of(name, value, "number")
+    wrong = not hubs or len(set(hubs)) < len(hubs) or rows < 5 or rows % 2 != 1 or min(above_zero.values()) <= 0.0
+    if wrong or not 0.0 <= brake_share <= 1.0:
+        fault = "hubs are different ones, rows are odd and at least 5, radius, height and ranges are above 0, "
+        fault += "brake_share is 0 to 1 [E2443]"
         raise UsageError(Problem("suspension", fault, 'hubs=["left_hub", "right_hub"], rows=33'))
     springs = [spring.name for spring in scene.springs]
     model = _rig(scene.name, Path(file), hubs, springs, steering, radius, dict(parameters or {}))
