@@ -3,7 +3,7 @@ tyre's file and from the table ``coefficients`` in a scene."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,9 +15,10 @@ from eomgen.errors import EomgenError
 from eomgen.formula.nodes import Formula, Number
 from eomgen.products.contacts.laws import BY_PLACE, ContactLaw, bind_to_contact, rate_name
 from eomgen.products.contacts.tangential_laws import TangentialLaw, tangential_law
-from eomgen.products.contacts.tyre_files import read_tyre_file, version_of
+from eomgen.products.contacts.tyre_files import TyreFile, read_tyre_file, version_of
 from eomgen.scene.reading.key_metadata import optional
 from eomgen.scene.reading.kinds import Value
+from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import Bound, Row, above_zero, not_below_zero
 from eomgen.scene.reading.values import Values
 from eomgen.symbolic.operations import Op
@@ -166,14 +167,20 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
             report.add(f"{key}.coefficients.{name}", fault, "a name from the formulas of the law")
     known = {**numbers, **bind_to_contact(given, contact)}
     used = law.coefficients(results, known)
-    for name in sorted({*used} & {*numbers} & {*BOUNDS} - {*given}):
-        rule, value = Row((name,), *BOUNDS[name], stage=0), file.numbers[name]
-        if rule.broken([value]):
-            report.add_file_error(f"{key}.file", file.fault(name, *rule.fault([value])))
+    if entry.file is not None:
+        _check_numbers(file, {*used} - {*given}, f"{key}.file", report)
     if missing := [name for name in used if name not in known]:
         hint = f"coefficients = {{ {missing[0]} = ... }}"
         report.add(key, f"coefficients are missing: {listed(missing)} [E2440]", hint)
     return {name: known[name] for name in (*used, *_CHOICES) if name in known}
+
+
+def _check_numbers(file: TyreFile, names: Collection[str], key: str, report: Report) -> None:
+    """Report numbers of a file that are out of their bounds."""
+    for name in sorted({*names} & {*file.numbers} & {*BOUNDS}):
+        rule, value = Row((name,), *BOUNDS[name], stage=0), file.numbers[name]
+        if rule.broken([value]):
+            report.add_file_error(key, file.fault(name, *rule.fault([value])))
 
 
 _OF_TWO = "coefficients={STIFFNESS_X=20,STIFFNESS_Y=15,FRICTION=1}"
