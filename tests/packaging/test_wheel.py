@@ -22,8 +22,8 @@ import pytest
 pytestmark = pytest.mark.slow
 
 CHECKOUT = Path(__file__).parents[2]
-#: Bytes of the wheel at most: 3.707 million on 30 November 2026 with contacts, cars and suspensions (shares of docstrings
-#: in docs/contributing/decisions.md).
+#: Bytes of the wheel at most: 3.707 million on 30 November 2026 with contacts, cars and suspensions (shares of
+#: docstrings in docs/contributing/decisions.md).
 LARGEST = 3_750_000
 #: Bytes of one file of it, compressed, at most: tables, meshes and pictures would be larger; text of modules is less.
 LARGEST_FILE = 20_000
