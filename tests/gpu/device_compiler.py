@@ -1,5 +1,5 @@
 """NVRTC by ctypes, for tests of the texts for the device, and the registers that kernels take:
-``python -m tests.gpu.device_compiler --update`` writes ``registers.json`` anew."""
+``python -m tests.gpu.device_compiler --update`` writes ``registers.json`` anew, with names of rows only these rows."""
 
 from __future__ import annotations
 
@@ -30,6 +30,28 @@ MODELS: dict[str, tuple[str, ...]] = {
     "active_vehicle": ("forward_dynamics", "partials", "step"),
     "spin_up_beam": ("forward_dynamics", "partials", "step"),
 }
+#: Examples with a scene in a file. All others are programs in Python that describe, control or train, with no text of
+#: their own for a card.
+EXAMPLES = sorted(path.parent.name for path in (ROOT / "examples").glob("*/scene.toml"))
+#: Examples without a row: NVRTC compiles their runs for minutes, or no time was measured.
+NOT_MEASURED = frozenset(
+    (
+        "cable_net",
+        "elastic_pendulum",
+        "elastic_vehicle",
+        "half_car_on_measured_road",
+        "hanging_chain",
+        "jerk_limited_arm",
+        "misaligned_four_bar",
+        "pi_servo",
+        "quarter_car_on_bump",
+        "rattleback",
+        "robot_arm",
+        "sea_arm",
+        "slider_crank_spatial",
+        "unbalanced_shaft",
+    )
+)
 #: A kernel of steps, after the model and its stepper.
 STEP = """
 EG_KERNEL(128) P_step_kernel(const P_parameters *p, const P_settings *settings, P_state *states, long steps)
@@ -100,9 +122,10 @@ def _strings(texts: Sequence[str]) -> Any:
     return (ctypes.c_char_p * len(texts))(*(text.encode() for text in texts))
 
 
-def usage(model: str, function: str) -> dict[str, int]:
+def usage(model: str, function: str = "") -> dict[str, int]:
     """Return registers of a thread, bytes of its stack with all calls, and bytes of registers that are stored and
-    loaded, for a kernel on an H100 or H200."""
+    loaded, for a kernel on an H100 or H200; without a function, the most of all kernels of an example: of its
+    functions, of runs and of reductions."""
     if model in ("panda", "talos"):
         from benchmarks.robots import ROBOTS, scene
 
@@ -112,12 +135,17 @@ def usage(model: str, function: str) -> dict[str, int]:
     step = function == "step"
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        eomgen.generate(described, folder, None if step else [function.removesuffix("_rows")], target="cuda")
+        terms = [function.removesuffix("_rows")] if function and not step else None
+        eomgen.generate(described, folder, terms, target="cuda")
         if not step:
             texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()}
             prefix = json.loads(texts.pop("manifest.json"))["model"]
-            code = compile_cubin(texts, f"{prefix}.cu", "sm_90", again=[ALL_REGISTERS], cache=Cache(folder / "cache"))
-            return dataclasses.asdict(code.usage[f"{prefix}_{function}_kernel"])
+            again, cache = [ALL_REGISTERS] * bool(function), Cache(folder / "cache")
+            code = compile_cubin(texts, f"{prefix}.cu", "sm_90", again=again, cache=cache)
+            if function:
+                return dataclasses.asdict(code.usage[f"{prefix}_{function}_kernel"])
+            rows = [dataclasses.asdict(row) for row in code.usage.values()]
+            return {key: max(row[key] for row in rows) for key in rows[0]}
         status, log = compile_text(folder, "-arch=sm_90", "--ptxas-options=-v", step=True)
     assert status == 0, log
     part = next(text for text in log.split("Compiling entry function")[1:] if "_step_kernel'" in text)
@@ -130,8 +158,16 @@ def usage(model: str, function: str) -> dict[str, int]:
     }
 
 
+def rows_of_table() -> list[str]:
+    """Return the names of all rows: a model with a function, or an example."""
+    return [f"{model} {function}" for model in MODELS for function in MODELS[model]] + [
+        name for name in EXAMPLES if name not in NOT_MEASURED
+    ]
+
+
 if __name__ == "__main__":
-    assert sys.argv[1:] == ["--update"]
-    rows = {f"{model} {function}": usage(model, function) for model in MODELS for function in MODELS[model]}
-    lines = ",\n".join(f"  {json.dumps(name)}: {json.dumps(row)}" for name, row in rows.items())
+    assert sys.argv[1:2] == ["--update"]
+    kept = json.loads(TABLE.read_text(encoding="utf-8"))["kernels"] if sys.argv[2:] else {}
+    rows = kept | {name: usage(*name.split()) for name in sys.argv[2:] or rows_of_table()}
+    lines = ",\n".join(f"  {json.dumps(name)}: {json.dumps(rows[name])}" for name in rows_of_table())
     TABLE.write_text(f'{{\n "version": "{version()}",\n "kernels": {{\n{lines}\n }}\n}}\n', encoding="utf-8")

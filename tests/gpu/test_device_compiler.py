@@ -9,27 +9,35 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from tests.gpu.device_compiler import MODELS, TABLE, compile_text, folder_of_libraries, usage, version
+from tests.gpu.device_compiler import (
+    EXAMPLES,
+    ROOT,
+    TABLE,
+    compile_text,
+    folder_of_libraries,
+    rows_of_table,
+    usage,
+    version,
+)
 
 __test__ = folder_of_libraries() is not None
-EXAMPLES = Path(__file__).parents[2] / "examples"
-SCENES = sorted(path.parent.name for path in EXAMPLES.glob("*/scene.toml"))
 #: Registers and bytes that another version of NVRTC may take more.
 ALLOWANCE = 1.25
 
 
 @pytest.mark.slow
 @pytest.mark.long_cases("elastic_pendulum", "hanging_chain", "misaligned_four_bar", "unbalanced_shaft")
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_the_text_of_an_example_compiles_in_double_and_in_float(name: str, tmp_path: Path) -> None:
-    eomgen.generate(EXAMPLES / name / "scene.toml", tmp_path, target="cuda")
+    eomgen.generate(ROOT / "examples" / name / "scene.toml", tmp_path, target="cuda")
     for number in ([], ["-DEOMGEN_REAL_FLOAT"]):
         status, log = compile_text(tmp_path, "-arch=compute_90", "--Ofast-compile=max", *number)
         assert status == 0, log
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [f"{model} {function}" for model in MODELS for function in MODELS[model]])
+@pytest.mark.long_cases(*[name for name in rows_of_table() if name in EXAMPLES])
+@pytest.mark.parametrize("name", rows_of_table())
 def test_a_kernel_takes_the_registers_of_the_table(name: str) -> None:
     table = json.loads(TABLE.read_text(encoding="utf-8"))
     now, most = usage(*name.split()), table["kernels"][name]

@@ -155,8 +155,8 @@ class CNames:
 
     #: Whether steppers keep cosines and sines of the distances in a grid of times.
     keeps_turns = True
-    #: Word before large functions of steppers that are called from several places.
-    called = ""
+    #: Word before large functions of steppers that are called from several places, and before more of a large model.
+    called = in_large = ""
 
     def __init__(self, program: Program) -> None:
         self.program = program
