@@ -28,7 +28,7 @@ LARGEST = 3_750_000
 #: Bytes of one file of it, compressed, at most: tables, meshes and pictures would be larger; text of modules is less.
 LARGEST_FILE = 20_000
 #: Bytes of the archive of examples, compressed, at most.
-LARGEST_EXAMPLES = 125_000
+LARGEST_EXAMPLES = 135_000
 
 SCENE = """
 format = 1
