@@ -60,6 +60,16 @@ class Curves:
     def slope(self, column: str) -> float:
         """Return the slope of a column in the middle of the range.
 
+        Parameters
+        ----------
+        column : str
+            Name in ``columns``.
+
+        Returns
+        -------
+        float
+            Unit of the column by unit of ``x``.
+
         Examples
         --------
         >>> curves = eomgen.suspension("examples/car/system/rear_axle.toml", ["left_hub", "right_hub"], rows=5)
