@@ -120,7 +120,7 @@ def _type(annotation: Any, field: FieldInfo, elsewhere: Mapping[str, str]) -> st
         kind = f"[{kind}]({page})"
     if meaning.kind:
         return kind
-    names = meaning.names  # scopes of products say of themselves what they have
+    names = meaning.names  # of scopes of products: the names that they describe themselves
     scope = f" {SCOPES.get(names, f'of {names.description}')}" if names is not None else ""
     units = " or ".join(every_unit(meaning)).replace("^2", "²")
     return f"{kind}{scope}{', ' if units else ''}{units}"

@@ -76,6 +76,6 @@ def doubt_settings(parts: Mapping[str, Any], *, stored: bool = False) -> DoubtSe
     stored : bool
         Whether other processes read the report, so that options of this process do not count.
     """
-    has_settings = "doubts" in parts or (not stored and CALLED.get() is not NO_SETTINGS)
+    has_settings = parts or (not stored and CALLED.get() is not NO_SETTINGS)
     functions = objects_of("eomgen.doubt_settings") if has_settings else ()
     return functions[0](parts, stored=stored) if functions else NO_SETTINGS

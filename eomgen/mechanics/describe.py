@@ -95,7 +95,7 @@ def describe(scene: Scene) -> Description:
         states=scene.states,
         inputs=scene.inputs,
         motions=scene.motions,
-        parts={**scene.parts, "framed": tuple(element for element in scene.elements if element.frames())},
+        parts=scene.parts,
         outputs=scene.outputs,
         coordinates=tuple(_coordinates(scene)),
         joints=joint_factors(scene) if scene.coordinates == "absolute" else (),

@@ -499,7 +499,7 @@ class Description:
     parameters : tunable parameters, which are arguments of every call, and fixed parameters
     states, inputs, outputs : in the order of z, u and the outputs; inputs without formula and harmonics are driven
     motions : laws that a caller moves between steps, by tunable parameters
-    parts : by section of a product, the objects of the entries; ``framed`` are the force elements between two frames
+    parts : by section of a product, the objects of the entries
     coordinates : of the factors of group R; factors left out have no unit
     joints : factors of joints between absolute bodies, which serve as measures; else empty
     base : names of the base's accelerations, which count as disturbances

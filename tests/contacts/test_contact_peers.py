@@ -10,7 +10,6 @@ from benchmarks import contact_peers
 
 @pytest.mark.slow
 def test_a_car_on_the_law_of_exudyn_moves_as_in_exudyn() -> None:
-    pytest.importorskip("exudyn")
     theirs = contact_peers.exudyn_ways("car")[0].run(800)
     ours = contact_peers.eomgen_ways("car", "exudyn")[0].run(800)
     np.testing.assert_allclose(ours, theirs, atol=1e-6)

@@ -179,7 +179,15 @@ def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
     )
 
 
-class _Contacts(ElementSection):
+class PairSection(ElementSection):
+    """A section of pairs, which a description keeps for checks of runs."""
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        items = tuple(reading.items[self.key].values())
+        return {**super().fields(reading), "parts": {self.key: items} if items else {}}
+
+
+class _Contacts(PairSection):
     def read_entry(self, name: str, entry: ContactEntry, reading: Reading) -> Contact:
         item, key = super().read_entry(name, entry, reading), key_of("contacts", name)
         assert isinstance(item, Contact)

@@ -19,12 +19,12 @@ _MOST_VELOCITIES = 200
 
 def contacts_of(run: Run) -> list[Any]:
     """Return the contacts of a run of fixed steps."""
-    model, pairs = run.model, run.model.description.parts.get("framed", ())
-    if not pairs or run.method.chooses_steps:
+    model, contacts = run.model, run.model.description.parts.get("contacts", ())
+    if not contacts or run.method.chooses_steps:
         return []
     terms = ("poses", "twists", "mass", "constraint_jacobian" if model.multipliers else "forward_dynamics")
     known = model.nv <= _MOST_VELOCITIES and all(term in model.functions for term in terms)
-    return [item for item in pairs if item.section == "contacts"] if known else []
+    return [*contacts] if known else []
 
 
 def unresolved_contacts(run: Run, state: InitialState) -> list[Finding]:
@@ -49,4 +49,4 @@ def _at_start(run: FinishedRun) -> list[Finding]:
     return unresolved_contacts(run.run, run.beginning.state)
 
 
-ROWS = (Check("contact_step [W0311]", _at_start, ("begun", "pairs"), noted="start", limits=(UNRESOLVED, GROWTH)),)
+ROWS = (Check("contact_step [W0311]", _at_start, ("begun", "parts"), noted="start", limits=(UNRESOLVED, GROWTH)),)

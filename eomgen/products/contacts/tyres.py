@@ -11,9 +11,8 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Symbol
 from eomgen.products.contacts.laws import AppliedLaw
-from eomgen.products.contacts.section import Contact
+from eomgen.products.contacts.section import Contact, PairSection
 from eomgen.products.contacts.surfaces import FOLLOWER, ROAD, surface_fields
-from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
 from eomgen.scene.joints.frames import Site
 from eomgen.scene.joints.model import Frame
@@ -107,7 +106,7 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
     )
 
 
-SECTION = ElementSection(
+SECTION = PairSection(
     key="tyres",
     entry=TyreEntry,
     model=Tyre,

@@ -141,6 +141,6 @@ ROWS = (
     Check("start_beyond_limits [W0246]", _start_beyond_limits, ("begun",), noted="start"),
     Check("start_on_impact [W0247]", _past_impacts, ("begun", "events"), noted="start"),
     Check("turned_start [W0248]", lambda run: map(Finding.of, _beginning_of(run).notes), ("begun",)),
-    Check("deep_start [W0249]", _deep_start, ("begun", "pairs")),
+    Check("deep_start [W0249]", _deep_start, ("begun", "parts")),
     Check("doubtful_start [W0250]", lambda run: map(Finding.of, _beginning_of(run).doubts), ("begun",)),
 )

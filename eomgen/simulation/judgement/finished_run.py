@@ -358,7 +358,7 @@ FACTS: Mapping[str, Callable[[FinishedRun], bool]] = {
     "modal beams": lambda finished: bool(finished.run.model.library.layout["slopes"]),
     "exact beams": lambda finished: bool(finished.run.model.description.exact_beams),
     "lines": lambda finished: bool(finished.run.model.description.drawing.lines),
-    "pairs": lambda finished: bool((d := finished.run.model.description).drawing.wheels or d.parts.get("framed")),
+    "parts": lambda finished: bool(finished.run.model.description.parts),
     "outputs": lambda finished: "outputs" in finished.run.model.functions,
     "controllers": lambda finished: finished.stepper.controllers is not None,
     "checkpoint": lambda finished: bool(finished.checkpoint),
