@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.formula.evaluate import symbols
+from eomgen.scene.load import from_data
 from tests.contacts.pairs import contact, scene_of
 
 BALL = """format = 1
@@ -55,3 +57,30 @@ def test_derivatives_of_a_run_through_a_bounce_on_bristles() -> None:
     assert runs[0]["seen"][:, 0].min() < -1e-4 and runs[0]["seen"][-1, 0] > 0.0  # it bounces
     differences = (runs[0]["seen"][-1] - runs[1]["seen"][-1]) / 40.0
     np.testing.assert_allclose(found.derivatives["seen"][-1, :, 0], differences, rtol=1e-4, atol=1e-13)
+
+
+@pytest.mark.parametrize("method", ["rk45", "trapezoidal_adaptive"])
+def test_steps_by_a_tolerance_of_a_wheel_that_rolls_without_slip(method: str) -> None:
+    """Rates of slips are differences of two speeds that balance: the rest is rounding, and no error of a step."""
+    speed, deflection = 20.0, 2 * 9.81 / 2e5
+    spin = speed / (0.4 - deflection / 3)  # about the rolling radius, a third of the deflection less
+    scene = {
+        "format": 1,
+        "name": "wheel",
+        "gravity": [0, 0, -9.81],
+        "bodies": {"slide": {"mass": 1}, "fork": {"mass": 1}, "ball": {"mass": 1, "inertia": [0.1, 0.2, 0.1]}},
+        "joints": {
+            "x": {"type": "prismatic", "parent": "base", "child": "slide", "axis": [1, 0, 0]},
+            "z": {"type": "prismatic", "parent": "slide", "child": "fork", "axis": [0, 0, 1]},
+            "spin": {"type": "revolute", "parent": "fork", "child": "ball", "axis": [0, 1, 0]},
+        },
+    }
+    scene["joints"]["x"]["initial"] = {"velocity": speed}
+    scene["joints"]["z"]["initial"] = {"position": 0.4 - deflection}
+    scene["joints"]["spin"]["initial"] = {"velocity": spin}
+    law = 'type = "linear", coefficients = { STIFFNESS_X = 20, STIFFNESS_Y = 15, FRICTION = 1 }'
+    tyre = contact("tyre", FLOOR, 'body = "ball"', 'type = "formula", force = "2e5 * deflection"', law, "disc")
+    scene |= tomllib.loads(tyre.replace("[0.1, 1, 0]", "[0, 1, 0]"))
+    run = eomgen.build(from_data(scene)).simulate(2.0, 0.01, method=method)
+    assert run.success and run.stats["own_steps"] < 1000
+    np.testing.assert_allclose(run.v[-1], [speed, 0, spin], atol=1e-6)
