@@ -1,11 +1,11 @@
-"""The scenes next to other programs' contacts: equal motions by equal laws; nothing here asserts a time."""
+"""Scenes of benchmarks with contacts: equal motions by equal laws, errors; nothing here asserts a time."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from benchmarks import contact_peers
+from benchmarks import car_runs, contact_peers
 
 
 @pytest.mark.slow
@@ -29,3 +29,13 @@ def test_scenes_on_the_law_of_drake_move_as_in_drake(work: str) -> None:
 def test_the_script_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert contact_peers.main(["--quick", "--works", "car"]) == 0
     assert "eomgen, EXUDYN's law" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_error_of_a_step_steer_is_the_one_of_its_steps(capsys: pytest.CaptureFixture[str]) -> None:
+    """Whether Newton's method ends at corrections of 1e-10 or of 1e-5; the latter with fewer evaluations."""
+    assert car_runs.main(["--quick", "--cars", "car"]) == 0
+    rows = [line.strip("| ").split("|") for line in capsys.readouterr().out.splitlines() if line.startswith("| car ")]
+    errors, calls = ([float(rows[k][column]) for k in (0, 1)] for column in (6, 3))
+    assert errors[0] < 1e-3 and errors[1] == pytest.approx(errors[0], rel=0.1)
+    assert calls[1] < 0.7 * calls[0]

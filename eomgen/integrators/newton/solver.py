@@ -308,6 +308,7 @@ def solver_data(
             for index in indices
         ],
         "state_pattern": [list(index) for index in packing.nonzeros["Fz"]],
+        "rate_patterns": {name: [list(index) for index in packing.nonzeros[name]] for name in ("Fq", "Fv")},
         "inertia": _inertia_numbers(solver.unknowns, packing),
         "rate_diagonal": [place_of[index] for index in terms.rate_diagonal],
         "grouped": _grouped_columns(solver),
