@@ -281,6 +281,7 @@ def solver_data(
     packing, terms = solver.packing, solver.terms
     indices = _sort(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)
     place_of = {index: position for position, index in enumerate(indices)}
+    patterns = {name: [list(index) for index in packing.nonzeros[name]] for name in ("B", "Fq", "Fv", "Fz")}
     data: dict[str, Any] = {
         "kind": solver.kind,
         "function": packing.function,
@@ -307,14 +308,15 @@ def solver_data(
             }
             for index in indices
         ],
-        "state_pattern": [list(index) for index in packing.nonzeros["Fz"]],
-        "rate_patterns": {name: [list(index) for index in packing.nonzeros[name]] for name in ("Fq", "Fv")},
+        "state_pattern": patterns["Fz"],
+        "Fq": patterns["Fq"],
+        "Fv": patterns["Fv"],
         "inertia": _inertia_numbers(solver.unknowns, packing),
         "rate_diagonal": [place_of[index] for index in terms.rate_diagonal],
         "grouped": _grouped_columns(solver),
         # a dense factorization with pivoting replaces chosen pivots that break down
         "fallback": solver.elimination is None or solver.growth * solver.unknowns.matrix_size <= 120,
-        "B": [list(index) for index in packing.nonzeros["B"]],
+        "B": patterns["B"],
         "plain": plain,
         "iterated": iterated,
     }
