@@ -51,7 +51,8 @@ def surface_fields(
     if text is not None and getattr(entry, "shape", FOLLOWER) == FOLLOWER:
         height = read_height(f"{key}.{word}", text, center, values)
     elif text is not None:
-        height = read_surface(f"{key}.{word}", text, values, HEIGHT, ("parameter", "local", *_MOVING))
+        kept, remedy = ("parameter", "local", *_MOVING), f', or shape = "{FOLLOWER}" for a wheel'
+        height = read_surface(f"{key}.{word}", text, values, HEIGHT, kept, owner, remedy)
     if height is not None:
         kinds = {symbol.kind for symbol in symbols(height)}
     if rate is not None:
