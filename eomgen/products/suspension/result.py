@@ -71,7 +71,8 @@ class SuspensionCurves:
             for column, values in curves.columns.items():
                 unit = curves.units[column]
                 if column.endswith(tuple(_SLOPES.get(name, "").split(","))):
-                    rows.append((name, f"{column} by {curves.label}", curves.slope(column), f"{unit}/{curves.unit}"))
+                    by = f"({curves.unit})" if " " in curves.unit else curves.unit
+                    rows.append((name, f"{column} by {curves.label}", curves.slope(column), f"{unit}/{by}"))
                 elif name in _VALUES and column.endswith(tuple(_VALUES[name].split(","))):
                     rows.append((name, column, float(values[len(values) // 2]), unit))
         return rows
