@@ -112,9 +112,15 @@ def _check_empty(target: Path) -> None:
 
 
 def _say_next(folder: Path, files: Iterable[str]) -> None:
-    """Say the next command on stderr after ``files`` were written to a folder: the run of the first scene, else the
-    first program; silent without either."""
-    scenes = [file for file in files if file.endswith(own_endings())]
+    """Say the next commands on stderr after ``files`` were written to a folder: the copy of an example that a scene
+    includes from the folder above, and the run of the first scene that says how long it runs, else the first program;
+    silent without either."""
+    texts = {file: (folder / file).read_text(encoding="utf-8") for file in files if file.endswith(own_endings())}
+    lines = [line for text in texts.values() for line in text.splitlines() if line.startswith('file = "../')]
+    for name in example_names():
+        if any(f"../{name}/" in line for line in lines) and not (folder.parent / name).exists():
+            say(f"next: eomgen examples {name}" + f" --out {shlex.quote(str(folder.parent))}" * (len(folder.parts) > 1))
+    scenes = [file for file, text in texts.items() if "[simulation]" in text]
     programs = [file for file in files if file.endswith(".py")]
     if scenes:
         scene, out = (shlex.quote(str(folder / name)) for name in (scenes[0], "out"))
