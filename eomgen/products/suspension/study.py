@@ -61,6 +61,8 @@ SWEEPS = (
     Sweep("aligning moment", "moment to the left", "N m", "align", 1.0, 100.0),
 )
 
+#: Travel in opposite directions, m, by which wheels show the roll centre at each travel of all.
+_ROLL = 5e-4
 #: Of a steering joint that turns, as the arm of a steering box.
 _TURNED = {"label": "angle of the steering joint", "unit": "deg", "factor": np.pi / 180.0, "end": 0.5}
 
@@ -149,8 +151,18 @@ def suspension(
     for sweep in sweeps:
         values = np.linspace(-1.0, 1.0, rows) * sweep.end
         outputs = _rests(model, sweep, values, sides)
+        ways = {}
+        if sweep.name == "travel" and len(set(sides.values())) == 2:  # of wheels that others move along
+            low, high = (_rests(model, sweep, values, sides, roll) for roll in (-_ROLL, _ROLL))
+            parts = {name: [_OF_PAD.format(name) + part for part in ("pose", "arm")] for name in sides}
+            ways = {name: (high[pose] - low[pose])[:, :3] + high[arm] - low[arm] for name, (pose, arm) in parts.items()}
         wheels = [
-            Wheel(name, side, *(outputs[_OF_PAD.format(name) + part] for part in ("pose", "arm", "load")))
+            Wheel(
+                name,
+                side,
+                *(outputs[_OF_PAD.format(name) + part] for part in ("pose", "arm", "load")),
+                rolled=ways.get(name),
+            )
             for name, side in sides.items()
         ]
         lengths = {name: outputs[_LENGTH.format(name)] for name in springs}
@@ -265,15 +277,21 @@ def _at(model: Model, values: Mapping[str, float], q: Array | None = None) -> tu
     return rest.q, model.outputs(rest.q, still, still, z=rest.z, multipliers=rest.multipliers, parameters=values)
 
 
-def _rests(model: Model, sweep: Sweep, values: Array, sides: Mapping[str, float]) -> dict[str, Array]:
-    """Return the outputs (rows, size) at rest over a range, from the middle outwards. Raises NumericalError."""
+def _rests(
+    model: Model, sweep: Sweep, values: Array, sides: Mapping[str, float], roll: float = 0.0
+) -> dict[str, Array]:
+    """Return the outputs (rows, size) at rest over a range, from the middle outwards, with pads on the left that are
+    higher by ``roll`` and lower on the right, of the unit of the range. Raises NumericalError."""
     rests: dict[int, Mapping[str, Array]] = {}
     middle = len(values) // 2
     for side in (range(middle, len(values)), range(middle - 1, -1, -1)):
         q = None
         for row in side:
             signs = {name: hand if sweep.opposite else 1.0 for name, hand in sides.items()}
-            asked = {f"{_OF_PAD.format(name)}{sweep.parameter}": sign * values[row] for name, sign in signs.items()}
+            asked = {
+                f"{_OF_PAD.format(name)}{sweep.parameter}": sign * values[row] + sides[name] * roll
+                for name, sign in signs.items()
+            }
             try:
                 q, rests[row] = _at(model, asked if sweep.parameter else {_STEER: values[row]}, q)
             except NumericalError as error:
