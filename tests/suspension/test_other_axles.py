@@ -163,3 +163,14 @@ def test_the_roll_centre_of_a_solid_axle_is_that_of_its_links(tmp_path: Path) ->
     left, right = (values["travel", f"{hub} contact y by travel"] for hub in contacts)
     assert left == pytest.approx(-right) == pytest.approx(0.0212, abs=1e-3)
     assert values["braking force", "left_hub toe by force backward"] == 0.0
+
+
+@pytest.mark.parametrize(("turned", "axis"), [("[1, 0, 0]", "[0.0, 0.0, 1.0]"), ("[0, 0, 1]", "[-1.0, 0.0, 0.0]")])
+def test_a_hub_whose_y_is_not_the_axis_of_the_wheel_is_refused(tmp_path: Path, turned: str, axis: str) -> None:
+    rotation = f'position = [0, 0.75, 0.3], rotation = [{{ axis = {turned}, angle = "90 deg" }}]'
+    file = tmp_path / "axle.toml"
+    file.write_text(_solid_axle().replace("position = [0, 0.75, 0.3]", rotation))
+    with pytest.raises(eomgen.errors.UsageError) as caught:
+        eomgen.suspension(file, ["left_hub", "right_hub"])
+    message = f"hubs left_hub: y of this hub is the axis of the wheel, and is {axis}, not to the left; try: rotation of"
+    assert message in str(caught.value)

@@ -21,6 +21,7 @@ from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.suspension.curves import Car, Curves, Wheel, curves_of
 from eomgen.products.suspension.result import SuspensionCurves
+from eomgen.scene.design_poses import DesignPoses, FramePlacement
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.scene import Scene
 
@@ -63,8 +64,15 @@ SWEEPS = (
 
 #: Travel in opposite directions, m, by which wheels show the roll centre at each travel of all.
 _ROLL = 5e-4
+#: Least part along y of the car of the axis of a wheel at the design position.
+_TO_THE_LEFT = 0.5
 #: Of a steering joint that turns, as the arm of a steering box.
-_TURNED = {"label": "angle of the steering joint", "unit": "deg", "factor": np.pi / 180.0, "end": 0.5}
+_TURNED: Mapping[str, Any] = {
+    "label": "angle of the steering joint",
+    "unit": "deg",
+    "factor": np.pi / 180.0,
+    "end": 0.5,
+}
 
 
 @checked_call('eomgen.suspension("front_axle.toml", ["left_hub", "right_hub"])')
@@ -151,20 +159,10 @@ def suspension(
     for sweep in sweeps:
         values = np.linspace(-1.0, 1.0, rows) * sweep.end
         outputs = _rests(model, sweep, values, sides)
-        ways = {}
-        if sweep.name == "travel" and len(set(sides.values())) == 2:  # of wheels that others move along
-            low, high = (_rests(model, sweep, values, sides, roll) for roll in (-_ROLL, _ROLL))
-            parts = {name: [_OF_PAD.format(name) + part for part in ("pose", "arm")] for name in sides}
-            ways = {name: (high[pose] - low[pose])[:, :3] + high[arm] - low[arm] for name, (pose, arm) in parts.items()}
-        wheels = [
-            Wheel(
-                name,
-                side,
-                *(outputs[_OF_PAD.format(name) + part] for part in ("pose", "arm", "load")),
-                rolled=ways.get(name),
-            )
-            for name, side in sides.items()
-        ]
+        rolled = []
+        if sweep.name == "travel" and len(set(sides.values())) == 2:  # each wheel may move with the other
+            rolled = [_rests(model, sweep, values, sides, roll) for roll in (-_ROLL, _ROLL)]
+        wheels = [_wheel(name, side, outputs, rolled) for name, side in sides.items()]
         lengths = {name: outputs[_LENGTH.format(name)] for name in springs}
         names = sweep.name, sweep.label, sweep.unit
         curves[sweep.name] = curves_of(names, values / sweep.factor, wheels, lengths, car)
@@ -206,13 +204,20 @@ def _check_name(name: object, kind: str, known: Sequence[str]) -> None:
 
 
 def _check_hubs(scene: Scene, hubs: Sequence[str]) -> None:
-    """Raise UsageError for hubs that are no bodies or not different ones, and for an axle on wheels of its own."""
+    """Raise UsageError for hubs that are no bodies or not different ones, or whose y is not to the left, and for an
+    axle on wheels of its own."""
     for name in hubs:
         _check_name(name, "body", [body.name for body in scene.bodies])
     if not hubs or len(set(hubs)) < len(hubs):
         raise UsageError(
             Problem("hubs", "different bodies are needed, one or more [E2449]", '["left_hub", "right_hub"]')
         )
+    places = {joint.child: FramePlacement(joint.parent, joint.position, joint.orientation) for joint in scene.joints}
+    for name in hubs:
+        axis = DesignPoses(places).pose(name).axes[:, 1]
+        if axis[1] < _TO_THE_LEFT:
+            fault = f"y of this hub is the axis of the wheel, and is {axis.round(3).tolist()}, not to the left [E2453]"
+            raise UsageError(Problem(f"hubs {name}", fault, "rotation of the joint that carries the hub"))
     wheels = [*scene.parts.get("contacts", ()), *scene.tyres]
     if wheels:
         fault = f"the axle stands on a tyre of its own, {wheels[0].name}, and the rig has pads under its hubs [E2450]"
@@ -275,6 +280,13 @@ def _at(model: Model, values: Mapping[str, float], q: Array | None = None) -> tu
     rest = model.equilibrium(initial=None if q is None else {"q": q}, parameters=values)
     still = np.zeros(model.nv)
     return rest.q, model.outputs(rest.q, still, still, z=rest.z, multipliers=rest.multipliers, parameters=values)
+
+
+def _wheel(name: str, side: float, outputs: Mapping[str, Array], rolled: Sequence[Mapping[str, Array]]) -> Wheel:
+    """Return the states of a wheel by outputs of the rig, and by those after a small roll to each side, if any."""
+    pose, arm, load = (_OF_PAD.format(name) + part for part in ("pose", "arm", "load"))
+    contacts = [row[pose][:, :3] + row[arm] for row in rolled]
+    return Wheel(name, side, outputs[pose], outputs[arm], outputs[load], contacts[1] - contacts[0] if rolled else None)
 
 
 def _rests(
