@@ -100,26 +100,23 @@ def copy_example(name: str, target: Path) -> list[str]:
 
 def _check_empty(target: Path) -> None:
     """Raise FileError for a file, or for a folder with content."""
-    if target.is_dir() and not any(target.iterdir()):
-        return
-    if target.exists():
-        fault = (
-            "this folder is not empty, and all files are kept [E0161]"
-            if target.is_dir()
-            else "there is a file of this name [E0162]"
+    if target.is_dir() and any(target.iterdir()):
+        raise FileError(
+            Problem(str(target), "this folder is not empty, and all files are kept [E0161]", "another name")
         )
-        raise FileError(Problem(str(target), fault, "another name"))
+    if target.exists() and not target.is_dir():
+        raise FileError(Problem(str(target), "there is a file of this name [E0162]", "another name"))
 
 
 def _say_next(folder: Path, files: Iterable[str]) -> None:
     """Say the next commands on stderr after ``files`` were written to a folder: the copy of an example that a scene
-    includes from the folder above, and the run of the first scene that says how long it runs, else the first program;
+    includes from the folder above, and the run of the first scene with a [simulation], else the first program;
     silent without either."""
     texts = {file: (folder / file).read_text(encoding="utf-8") for file in files if file.endswith(own_endings())}
-    lines = [line for text in texts.values() for line in text.splitlines() if line.startswith('file = "../')]
-    for name in example_names():
-        if any(f"../{name}/" in line for line in lines) and not (folder.parent / name).exists():
-            say(f"next: eomgen examples {name}" + f" --out {shlex.quote(str(folder.parent))}" * (len(folder.parts) > 1))
+    above = f" --out {shlex.quote(str(folder.parent))}" if len(folder.parts) > 1 else ""
+    for name in (name for name in example_names() if not (folder.parent / name).exists()):
+        if any(f'file = "{up}{name}/' in text for text in texts.values() for up in ("../", "../../")):
+            say(f"next: eomgen examples {name}{above}")
     scenes = [file for file, text in texts.items() if "[simulation]" in text]
     programs = [file for file in files if file.endswith(".py")]
     if scenes:

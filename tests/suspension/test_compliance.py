@@ -114,13 +114,13 @@ WRONG = [
     ({"radius": "0.3 s"}, "radius: '0.3 s' is a time, a length in m is expected"),
     ({"height": np.nan}, "height: height is nan, not a finite number"),
     ({"other_axle": None}, "other_axle: a number is needed, not NoneType"),
-    ({"brake_share": 1.5}, "brake_share: 1.5 is no part from 0 to 1; try: "),
+    ({"brake_share": 1.5}, "brake_share: 1.5 is not a part from 0 to 1; try: "),
     ({"parameters": 3}, 'parameters: values by name are needed, not 3; try: parameters={"rack_z": 0.2}'),
     ({"parameters": {"bar_x": np.inf}}, "parameters bar_x: parameters bar_x is inf, not a finite number"),
     ({"file": {"format": 1}}, "file: the path of a scene file of the axle is needed, not dict; try: "),
     (
         {"file": SYSTEM / "car.toml", "hubs": ["rear_left_hub"]},
-        "suspension: the axle stands on a tyre of its own, front",
+        "suspension: the axle has a tyre, front",
     ),
 ]
 

@@ -24,8 +24,8 @@ class Car:
 @dataclass(frozen=True)
 class Wheel:
     """States of a wheel: name, side (1: left, -1: right), centre and the axes x and y of the hub (rows, 9), vector from
-    the centre to the contact (rows, 3), vertical force of the road (rows,), and the way of the contact by a small roll
-    (rows, 3), in any unit; none if the axle does not roll."""
+    the centre to the contact (rows, 3), and vertical force of the road (rows,). ``rolled`` is the way of the contact
+    by a small roll (rows, 3), in any unit; None if the axle does not roll."""
 
     name: str
     side: float

@@ -42,8 +42,6 @@ _SLOPES = {
     "driving force": "toe,centre x",
     "aligning moment": "steer",
 }
-#: Changes of a column, deg or mm, below which it stays.
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, repr=False)
@@ -67,15 +65,15 @@ class SuspensionCurves:
 
     @property
     def characteristics(self) -> list[tuple[str, str, float, str]]:
-        """Range, column, value and unit of each characteristic at the design position; slopes are by the range, and
-        those of columns that change by rounding alone are 0."""
+        """Range, column, value and unit of each characteristic at the design position; slopes are by the range, and 0
+        if the column changes by rounding alone."""
         rows = []
         for name, curves in self.curves.items():
             for column, values in curves.columns.items():
                 unit = curves.units[column]
                 if column.endswith(tuple(_SLOPES.get(name, "").split(","))):
                     by = f"({curves.unit})" if " " in curves.unit else curves.unit
-                    slope = curves.slope(column) if np.ptp(values) > _ROUNDING else 0.0
+                    slope = curves.slope(column) if np.ptp(values) > 1e-9 else 0.0
                     rows.append((name, f"{column} by {curves.label}", slope, f"{unit}/{by}"))
                 elif name in _VALUES and column.endswith(tuple(_VALUES[name].split(","))):
                     rows.append((name, column, float(values[len(values) // 2]), unit))

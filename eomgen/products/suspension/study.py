@@ -62,10 +62,6 @@ SWEEPS = (
     Sweep("aligning moment", "moment to the left", "N m", "align", 1.0, 100.0),
 )
 
-#: Travel in opposite directions, m, by which wheels show the roll centre at each travel of all.
-_ROLL = 5e-4
-#: Least part along y of the car of the axis of a wheel at the design position.
-_TO_THE_LEFT = 0.5
 #: Of a steering joint that turns, as the arm of a steering box.
 _TURNED: Mapping[str, Any] = {
     "label": "angle of the steering joint",
@@ -126,7 +122,7 @@ def suspension(
     Raises
     ------
     UsageError
-        A wrong argument, and an axle on wheels of its own.
+        A wrong argument, and an axle with tyres.
     NumericalError
         The wheels do not reach the pads, or forces do not balance.
 
@@ -147,7 +143,7 @@ def suspension(
     radius, height = _above_zero("radius", radius), _above_zero("height", height)
     car = Car(_number("other_axle", other_axle, "m"), height, _number("brake_share", brake_share, ""))
     if not 0.0 <= car.brake_share <= 1.0:
-        raise UsageError(Problem("brake_share", f"{car.brake_share:g} is no part from 0 to 1 [E2443]", "0.65"))
+        raise UsageError(Problem("brake_share", f"{car.brake_share:g} is not a part from 0 to 1 [E2443]", "0.65"))
     if count_of("rows", rows, 5) % 2 != 1:
         fault = f"{rows} is even, and the middle row is the design position [E2446]"
         raise UsageError(Problem("rows", fault, f"{rows + 1}"))
@@ -161,7 +157,7 @@ def suspension(
         outputs = _rests(model, sweep, values, sides)
         rolled = []
         if sweep.name == "travel" and len(set(sides.values())) == 2:  # each wheel may move with the other
-            rolled = [_rests(model, sweep, values, sides, roll) for roll in (-_ROLL, _ROLL)]
+            rolled = [_rests(model, sweep, values, sides, roll) for roll in (-5e-4, 5e-4)]  # m
         wheels = [_wheel(name, side, outputs, rolled) for name, side in sides.items()]
         lengths = {name: outputs[_LENGTH.format(name)] for name in springs}
         names = sweep.name, sweep.label, sweep.unit
@@ -175,7 +171,7 @@ def _number(name: str, value: float | str, unit: str) -> float:
 
 
 def _above_zero(name: str, value: float | str, unit: str = "m", factor: float = 1.0) -> float:
-    """Return a number above 0, SI units; of texts, it has the ``unit``, by ``factor``. Raises UsageError."""
+    """Return a number above 0, SI units; texts are in the ``unit``, by ``factor``. Raises UsageError."""
     number = _number(name, value, unit) * (factor if isinstance(value, str) else 1.0)
     if number <= 0.0:
         raise UsageError(
@@ -204,8 +200,7 @@ def _check_name(name: object, kind: str, known: Sequence[str]) -> None:
 
 
 def _check_hubs(scene: Scene, hubs: Sequence[str]) -> None:
-    """Raise UsageError for hubs that are no bodies or not different ones, or whose y is not to the left, and for an
-    axle on wheels of its own."""
+    """Raise UsageError for unknown hubs, equal hubs, hubs whose y is not to the left, and an axle with tyres."""
     for name in hubs:
         _check_name(name, "body", [body.name for body in scene.bodies])
     if not hubs or len(set(hubs)) < len(hubs):
@@ -215,17 +210,17 @@ def _check_hubs(scene: Scene, hubs: Sequence[str]) -> None:
     places = {joint.child: FramePlacement(joint.parent, joint.position, joint.orientation) for joint in scene.joints}
     for name in hubs:
         axis = DesignPoses(places).pose(name).axes[:, 1]
-        if axis[1] < _TO_THE_LEFT:
+        if axis[1] < 0.5:
             fault = f"y of this hub is the axis of the wheel, and is {axis.round(3).tolist()}, not to the left [E2453]"
             raise UsageError(Problem(f"hubs {name}", fault, "rotation of the joint that carries the hub"))
     wheels = [*scene.parts.get("contacts", ()), *scene.tyres]
     if wheels:
-        fault = f"the axle stands on a tyre of its own, {wheels[0].name}, and the rig has pads under its hubs [E2450]"
+        fault = f"the axle has a tyre, {wheels[0].name}, and the rig has pads under the hubs [E2450]"
         raise UsageError(Problem("suspension", fault, "a file of the axle without wheels, which the car includes"))
 
 
 def _sweeps(scene: Scene, hubs: Sequence[str], steering: str, ends: Mapping[str, float | str]) -> list[Sweep]:
-    """Return the quantities that are varied, up to the ends of the caller. Raises UsageError for a range without its
+    """Return the quantities that are varied, up to the ends of the caller. Raises UsageError for a range without the
     part, and for a steering joint that does not have one coordinate."""
     joints = {joint.name: JOINTS[joint.type] for joint in scene.joints}
     for name in ends:
@@ -283,7 +278,7 @@ def _at(model: Model, values: Mapping[str, float], q: Array | None = None) -> tu
 
 
 def _wheel(name: str, side: float, outputs: Mapping[str, Array], rolled: Sequence[Mapping[str, Array]]) -> Wheel:
-    """Return the states of a wheel by outputs of the rig, and by those after a small roll to each side, if any."""
+    """Return the states of a wheel by outputs of the rig, and by outputs after a small roll to each side, if any."""
     pose, arm, load = (_OF_PAD.format(name) + part for part in ("pose", "arm", "load"))
     contacts = [row[pose][:, :3] + row[arm] for row in rolled]
     return Wheel(name, side, outputs[pose], outputs[arm], outputs[load], contacts[1] - contacts[0] if rolled else None)
