@@ -125,7 +125,7 @@ TABLE_OF_DOORS: dict[str, str] = {
         "toolchain products.pictures products.studies"
     ),
     "products.comparison": "base cli errors formula lie pipeline scene symbolic system",
-    "products.suspension": "base cli compiled errors pipeline scene products.pictures",
+    "products.suspension": "base cli compiled errors formula pipeline scene products.pictures",
     "products.sympy_mechanics": "base errors formula lie pipeline symbolic system",
     "products.testing": (
         "base compiled errors integrators lie mechanics pipeline scene symbolic system products.pictures"

@@ -100,26 +100,27 @@ def copy_example(name: str, target: Path) -> list[str]:
 
 def _check_empty(target: Path) -> None:
     """Raise FileError for a file, or for a folder with content."""
-    if target.is_dir() and not any(target.iterdir()):
-        return
-    if target.exists():
-        fault = (
-            "this folder is not empty, and all files are kept [E0161]"
-            if target.is_dir()
-            else "there is a file of this name [E0162]"
-        )
+    if target.exists() and not target.is_dir():
+        raise FileError(Problem(str(target), "there is a file of this name [E0162]", "another name"))
+    if target.is_dir() and any(target.iterdir()):
+        fault = "this folder is not empty, and all files are kept [E0161]"
         raise FileError(Problem(str(target), fault, "another name"))
 
 
 def _say_next(folder: Path, files: Iterable[str]) -> None:
-    """Say the next command on stderr after ``files`` were written to a folder: the run of the first scene, else the
-    first program; silent without either."""
-    scenes = [file for file in files if file.endswith(own_endings())]
-    programs = [file for file in files if file.endswith(".py")]
+    """Say the next commands on stderr after ``files`` were written to a folder: the copy of an example that a scene
+    includes from the folder above, and the run of the first scene with a [simulation], else the first program;
+    silent without either."""
+    texts = {file: (folder / file).read_text(encoding="utf-8") for file in files if file.endswith(own_endings())}
+    every = "".join(texts.values()).replace("../../", "../")
+    for name in (name for name in example_names() if f'file = "../{name}/' in every):
+        if not (folder.parent / name).exists():
+            say(f"next: eomgen examples {name} --out {shlex.quote(str(folder.parent))}")
+    scenes = [file for file, text in texts.items() if "[simulation]" in text]
     if scenes:
         scene, out = (shlex.quote(str(folder / name)) for name in (scenes[0], "out"))
         say(f"next: eomgen simulate {scene} --out {out}")
-    elif programs:
+    elif programs := [file for file in files if file.endswith(".py")]:
         say(f"next: python {shlex.quote(str(folder / programs[0]))}")
 
 

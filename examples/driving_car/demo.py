@@ -133,12 +133,13 @@ def sine_with_dwell(model: eomgen.Model) -> Figure:
     figure, axes = panels(3, sharex=True)
     end = 1.0 + 1.0 / 0.7 + 0.5
     print("sine with dwell    yaw rate after 1.00 s, 1.75 s by its second peak    displacement after 1.07 s")
-    for angle, colour in ((50.0, GREEN), (100.0, BLUE), (150.0, PURPLE), (200.0, VERMILION)):
+    for angle, colour in ((50.0, GREEN), (100.0, BLUE), (150.0, PURPLE), (270.0, VERMILION)):
         run = model.simulate(parameters={"angle": np.radians(angle)})
         t, rate = run.t, np.degrees(run["yaw_rate"]).ravel()
         peak = rate[(t > 1.0 + 0.5 / 0.7) & (t < end)].min()
         late = [np.interp(end + wait, t, rate) / peak for wait in (1.0, 1.75)]
-        moved = np.interp(2.07, t, run["place"][:, 1])
+        beginning = 1.0 + np.arcsin(5.0 / angle) / (2.0 * np.pi * 0.7)  # the steering wheel is at 5 degrees
+        moved = np.interp(beginning + 1.07, t, run["place"][:, 1])
         print(f"{angle:10.0f} deg{100 * late[0]:18.1f} %{100 * late[1]:8.1f} %{moved:36.2f} m")
         axes[0].plot(t, np.degrees(run.inputs["hand"]).ravel(), color=colour, label=f"{angle:.0f} deg")
         axes[1].plot(t, rate, color=colour)
@@ -156,7 +157,7 @@ def sine_with_dwell(model: eomgen.Model) -> Figure:
 
 
 def lanes() -> list[tuple[float, float, float, float]]:
-    """Return the lanes of ISO 3888-1 for the width of the car: first and last x, right and left limit, m."""
+    """Return the lanes of ISO 3888-1:2018 for the width of the car: first and last x, right and left limit, m."""
     first, second, third = (part * WIDTH + 0.25 for part in (1.1, 1.2, 1.3))
     right = -first / 2
     return [

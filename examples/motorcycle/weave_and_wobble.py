@@ -19,7 +19,8 @@ import numpy as np
 import eomgen
 
 SCENE = Path(__file__).parent / "system" / "motorcycle.toml"
-SPEEDS = np.linspace(5.0, 60.0, 45)
+#: Below 7 m/s weave is not a separate mode, see README.md.
+SPEEDS = np.linspace(7.5, 60.0, 43)
 #: Values of the steering damper, N m s/rad, with their colours.
 DAMPERS = {6.0: "#0072B2", 0.0: "#D55E00"}
 LINES = {"weave": "-", "wobble": "--"}

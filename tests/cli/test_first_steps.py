@@ -92,6 +92,33 @@ def test_examples_are_copied_whole_or_refused(
     assert plain(capsys.readouterr().err) == "usage error: there is no example 'heavy_to'; try: heavy_top\n"
 
 
+NEXT = {
+    "driving_car": "eomgen examples car --out mine\nnext: eomgen simulate mine/driving_car/system/lane_change.toml"
+    " --out mine/driving_car/out",
+    "jerk_limited_arm": "eomgen examples sea_arm --out mine\nnext: eomgen simulate mine/jerk_limited_arm/scene.toml"
+    " --out mine/jerk_limited_arm/out",
+    "density_field": "python mine/density_field/demo.py",
+    "car": "eomgen simulate mine/car/system/car.toml --out mine/car/out",
+}
+
+
+@pytest.mark.parametrize("name", NEXT)
+def test_the_next_commands_run_as_they_stand(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Parts of scenes without a run of their own are not proposed, and examples that scenes include are."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["examples", name, "--out", "mine"]) == 0
+    assert capsys.readouterr().err == f"next: {NEXT[name]}\n"
+    for line in NEXT[name].split("\nnext: "):
+        verb, *arguments = line.split()
+        assert verb == "python" or arguments[0] == "examples" or Path(arguments[1]).is_file()
+        if arguments[0] == "examples":
+            assert main(arguments) == 0
+        elif verb == "eomgen":
+            assert eomgen.load(arguments[1]).simulation.duration is not None
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_the_script_of_completion_asks_this_program(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["completion", shell]) == 0

@@ -186,7 +186,10 @@ WRONG = {
     'surface = "lift"': "(contacts.floor): the contact needs the rate of the surface, which does not follow",
     'surface = "0.1 * x"\nsurface_rate = "1"': "(contacts.floor.surface_rate): neither time nor an input moves",
     "surface_rate = 1": "(contacts.floor.surface_rate): neither time nor an input moves the surface, so it has no rate",
-    'surface = "rough(x)"': "(contacts.floor.surface): a constraint needs three derivatives of its surface, and rough",
+    'surface = "rough(x)"': "(contacts.floor.surface): a contact needs three derivatives of its surface, and rough"
+    ' bends at -9; try: interpolation = "quintic", or shape = "follower" for a wheel',
+    'surface = "abs(x)"': "(contacts.floor.surface): a contact needs three derivatives of its surface, and abs has a"
+    ' corner; try: a smooth function, such as sqrt(x**2 + d**2) for abs(x), or shape = "follower" for a wheel',
     'surface = "z"': "(contacts.floor.surface): the height of a surface depends on x and y, not on z; try: ",
     'surface = "q.ball"': "(contacts.floor.surface): q.ball",
 }

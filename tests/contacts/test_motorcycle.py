@@ -143,6 +143,23 @@ def test_eigenvalues_are_the_ones_of_the_model_by_hand(speeds: tuple[float, ...]
 
 
 @pytest.mark.slow
+def test_a_slow_motorcycle_swings_and_falls_and_a_faster_one_capsizes() -> None:
+    """At 5 m/s roll and steering swing ever more; at 7 m/s the swing decays, and a mode without oscillation grows."""
+    model = eomgen.build(eomgen.load(locked()), profile="quick")
+    for speed in (5.0, 7.0):
+        for damper in (0.0, 6.0):
+            values = {"kick": 0.0, "damper": damper}
+            steady = model.steady_motion({"x": speed}, {"y": 0.0}, parameters=values)
+            found = model.linearize(at=steady, parameters=values).modes().eigenvalues
+            expected = np.linalg.eigvals(by_hand(speed, damper))
+            slow = expected[(np.abs(expected) < 8.0) & (expected.imag >= 0.0)]
+            [growing] = slow[slow.real > 0.0]
+            assert (growing.imag > 1.0) == (speed == 5.0)
+            for root in slow:
+                assert np.abs(found - root).min() < 2e-2, (speed, damper, root)
+
+
+@pytest.mark.slow
 def test_a_small_kick_decays_by_the_eigenvalues() -> None:
     """After the kick the steering angle is a sum of the modes; wobble and weave alone are most of it."""
     model = eomgen.build(SCENE, profile="quick")

@@ -150,6 +150,37 @@ def test_figures_of_a_step_by_a_closed_form() -> None:
     assert np.interp(0.1 + found["response"], t, values) == pytest.approx(1.8, rel=1e-6)
 
 
+def test_lanes_are_the_ones_of_the_standard(monkeypatch: pytest.MonkeyPatch) -> None:
+    """ISO 3888-1:2018 for a car 1.4 m wide, from limits that others printed."""
+    demo = demo_module("driving_car")
+    monkeypatch.setattr(demo, "WIDTH", 1.4)
+    expected = [(0.0, 15.0, -0.895, 0.895), (45.0, 70.0, 2.605, 4.535), (95.0, 125.0, -0.895, 1.175)]
+    np.testing.assert_allclose(demo.lanes(), expected, atol=1e-12)
+
+
+@pytest.mark.long
+def test_the_sine_with_dwell_by_the_criteria_of_the_regulation(capsys: pytest.CaptureFixture[str]) -> None:
+    demo = demo_module("driving_car")
+    demo.sine_with_dwell(demo.built("sine_with_dwell", "car.toml"))
+    rows = {row.split()[0]: row.split() for row in capsys.readouterr().out.splitlines()[1:]}
+    for angle, ratio, displacement in (("100", 0.0, 2.93), ("150", 66.9, 3.40)):
+        assert float(rows[angle][2]) == pytest.approx(ratio, abs=0.2)
+        assert float(rows[angle][6]) == pytest.approx(displacement, abs=0.01)
+
+
+@pytest.mark.long
+def test_both_cars_shake_the_driver_on_a_rough_road() -> None:
+    demo = demo_module("driving_car")
+    for car, weighted in (("car.toml", 0.85), ("full_car.toml", 0.65)):
+        run = demo.built("rough_road", car).simulate(30.0)
+        assert run.success and run["loads"].min() > 0.0
+        assert run.rms("seat[2]", weighting="Wk", start=5.0) == pytest.approx(weighted, rel=0.1)
+        # the front wheels meet a bump a wheelbase before the rear wheels
+        front, rear = (run["loads"][5000:, wheel] - run["loads"][5000:, wheel].mean() for wheel in (0, 2))
+        rows = round(2.7 / run["ground_speed"].mean() / (run.t[1] - run.t[0]))
+        assert np.corrcoef(front[:-rows], rear[rows:])[0, 1] > 0.5 > abs(np.corrcoef(front, rear)[0, 1])
+
+
 @pytest.mark.slow
 def test_the_car_stands_and_rolls_in_balance_at_the_start() -> None:
     """First tier: springs carry the body, tyres the car, and wheels roll at the speed of the road."""

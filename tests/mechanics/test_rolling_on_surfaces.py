@@ -134,7 +134,7 @@ def test_a_valley_narrower_than_the_sphere_is_told() -> None:
         ('"0.1 * z"', "the height of a surface depends on x and y, not on z; try: \"0.1 * x**2\""),
         ('"0.1 * x * t"', "the surface changes over time; try: a moving body in first, which carries the surface"),
         ('"abs(x)"', "a constraint needs three derivatives of its surface, and abs has a corner; try: a smooth"
-         " function, such as sqrt(x**2 + d**2) for abs(x), or two constraints"),
+         " function, such as sqrt(x**2 + d**2) for abs(x)"),
     ],
 )  # fmt: skip
 def test_each_mistake_in_a_surface_has_one_message(text: str, message: str) -> None:

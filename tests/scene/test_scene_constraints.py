@@ -213,7 +213,7 @@ points.peg = { body = "base" }
 type = "formula"
 """
 _NEEDS = "a constraint needs two derivatives of its equation, and "
-_SMOOTH = "; try: a smooth function, such as sqrt(x**2 + d**2) for abs(x), or two constraints"
+_SMOOTH = "; try: a smooth function, such as sqrt(x**2 + d**2) for abs(x)"
 _NO_UNIT = "the unit of the equation does not follow from its text; try: unit = "
 _FRAMES = 'first = { body = "base" }\nsecond = { body = "bead" }\n'
 _ONE_OF = "a formula constraint needs one of equation and velocity_equation, not "
@@ -282,9 +282,7 @@ def test_the_height_of_a_surface_depends_on_its_place_alone() -> None:
 def test_branches_of_a_formula_have_to_meet() -> None:
     """A choice is noted; corners are allowed in factors of velocities, whose rates then jump as forces may."""
     scene = read('equation = "q.z if q.x > 0 else q.z - q.x**3"\nunit = "m"', SLIDERS)
-    note = (
-        "constraints.wire.equation: the equation has an if, whose branches have to meet with equal values, slopes and"
-    )
+    note = "constraints.wire.equation: the formula has an if, whose branches have to meet with equal values, slopes and"
     assert f"{note} curvatures" in scene.notes
     scene = read('velocity_equation = "v.z - abs(q.x) * v.x"\nunit = "m/s"', SLIDERS)
     assert scene.constraints[0].at_velocity and not any("branches" in note for note in scene.notes)

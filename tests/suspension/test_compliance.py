@@ -85,26 +85,56 @@ def test_results_are_written_as_tables_a_figure_and_a_page(tmp_path):
     assert "roll centre height" in page
 
 
+_AXLE = SYSTEM / "rear_axle.toml"
+#: Arguments in place of the right ones, and what is told.
+WRONG = [
+    ({"hubs": ["left_hup", "right_hub"]}, "suspension: there is no body 'left_hup'; try: left_hub"),
+    ({"hubs": []}, "hubs: different bodies are needed, one or more; try: "),
+    ({"hubs": HUBS[:1] * 2}, "hubs: different bodies are needed, one or more; try: "),
+    ({"hubs": 3}, "hubs are a list of names, not 3; try: hubs="),
+    ({"steering": "rack"}, "suspension: there is no joint 'rack'; try: one of "),
+    ({"steering": ["left_lever"]}, "suspension: there is no joint "),
+    (
+        {"steering": "left_ball"},
+        "steering left_ball: the joint has 3 coordinates, and one is needed; try: the joint of",
+    ),
+    ({"ranges": 3}, 'ranges: values by name are needed, not 3; try: ranges={"travel": 0.1}'),
+    ({"ranges": "travel"}, "ranges: values by name are needed, not 'travel'; try: "),
+    ({"ranges": {3: 0.1}}, "ranges: values by name are needed, not {3: 0.1}; try: "),
+    ({"ranges": {"bump": 0.1}}, "suspension: there is no range 'bump'; try: one of travel, roll, steering"),
+    ({"ranges": {"travel": (0.1, -0.1)}}, "ranges travel: a number is needed, not tuple"),
+    ({"ranges": {"travel": -0.1}}, "ranges travel: a number above 0 is needed, not -0.1; try: 0.1"),
+    ({"ranges": {"travel": np.nan}}, "ranges travel: ranges travel is nan, not a finite number; try: "),
+    ({"ranges": {"travel": "5 deg"}}, "ranges travel: '5 deg' is an angle, a quantity in mm is expected; try: "),
+    ({"ranges": {"steering": 0.1}}, 'ranges steering: the range needs steering; try: steering="rack"'),
+    ({"rows": 4}, "rows: a whole number from 5 on is needed, not 4; try: 5"),
+    ({"rows": 9.0}, "rows: a whole number from 5 on is needed, not 9.0; try: 5"),
+    ({"rows": 6}, "rows: 6 is even, and the middle row is the design position; try: 7"),
+    ({"radius": 0.0}, "radius: a number above 0 is needed, not 0; try: "),
+    ({"radius": "0.3 s"}, "radius: '0.3 s' is a time, a length in m is expected"),
+    ({"height": np.nan}, "height: height is nan, not a finite number"),
+    ({"other_axle": None}, "other_axle: a number is needed, not NoneType"),
+    ({"brake_share": 1.5}, "brake_share: 1.5 is not a part from 0 to 1; try: "),
+    ({"parameters": 3}, 'parameters: values by name are needed, not 3; try: parameters={"rack_z": 0.2}'),
+    ({"parameters": {"bar_x": np.inf}}, "parameters bar_x: parameters bar_x is inf, not a finite number"),
+    ({"file": {"format": 1}}, "file: the path of a scene file of the axle is needed, not dict; try: "),
+    (
+        {"file": SYSTEM / "car.toml", "hubs": ["rear_left_hub"]},
+        "suspension: the axle has a tyre, front",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), WRONG)
+def test_wrong_calls_are_refused(changes, message):
+    arguments = {"file": _AXLE, "hubs": HUBS, **changes}
+    with pytest.raises(UsageError) as caught:
+        eomgen.suspension(arguments.pop("file"), arguments.pop("hubs"), **arguments)
+    assert f"usage error: {message}" in str(caught.value)
+
+
 @pytest.mark.slow
-def test_wrong_calls_are_refused():
-    axle = SYSTEM / "rear_axle.toml"
-    with pytest.raises(UsageError, match=r"there is no body 'left_hup'; try: left_hub"):
-        eomgen.suspension(axle, ["left_hup"])
-    with pytest.raises(UsageError, match="there is no joint 'rack'"):
-        eomgen.suspension(axle, HUBS, steering="rack")
-    with pytest.raises(UsageError, match="there is no range 'bump'"):
-        eomgen.suspension(axle, HUBS, ranges={"bump": 0.1})
-    with pytest.raises(UsageError, match="rows are odd and at least 5"):
-        eomgen.suspension(axle, HUBS, rows=4)
-    for hubs in ([], HUBS[:1] * 2):
-        with pytest.raises(UsageError, match="hubs are different ones"):
-            eomgen.suspension(axle, hubs)
-    with pytest.raises(UsageError, match="brake_share is 0 to 1"):
-        eomgen.suspension(axle, HUBS, brake_share=1.5)
-    with pytest.raises(UsageError, match="radius: a number is needed, not str"):
-        eomgen.suspension(axle, HUBS, radius="0.3 m")
-    with pytest.raises(UsageError, match="height is nan, not a finite number"):
-        eomgen.suspension(axle, HUBS, height=float("nan"))
-    message = r"suspension: travel, 1000 mm: the constraints are off .*; try: a smaller end of the range"
+def test_a_range_beyond_the_reach_of_the_axle_is_told():
+    message = r"suspension: travel, 1000 mm: the constraints are off by .*; try: a smaller end of the range"
     with pytest.raises(NumericalError, match=message):
-        eomgen.suspension(axle, HUBS, rows=5, ranges={"travel": 2.0})
+        eomgen.suspension(_AXLE, HUBS, rows=5, ranges={"travel": 2.0})

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 import eomgen
 from tests.suspension.by_distances import solve
@@ -22,13 +23,14 @@ def _values(file: str) -> dict[str, float]:
 
 
 @cache
-def _curves() -> eomgen.SuspensionCurves:
+def curves_of_the_example() -> eomgen.SuspensionCurves:
     hubs = ["left_hub", "right_hub"]
     return eomgen.suspension(SYSTEM / "front_axle.toml", hubs, steering="rack", radius=RADIUS, rows=9, other_axle=-2.7)
 
 
-def _by_distances(travel: float, steer: float) -> dict[str, float]:
-    """Return angles, deg, and places, m, of the left wheel of the example."""
+def by_distances(travel: float, steering: ArrayLike) -> dict[str, float]:
+    """Return angles, deg, and places, m, of the left wheel of the example by the inner end of its tie rod, or by the
+    travel of the rack, m."""
     numbers = _values("wishbone_parts.toml") | {
         f"rack_{key}": _values("front_axle.toml")[f"rack_{key}"] for key in "xyz"
     }
@@ -38,7 +40,8 @@ def _by_distances(travel: float, steer: float) -> dict[str, float]:
 
     names = ("lower_front", "lower_rear", "lower_ball", "upper_front", "upper_rear", "upper_ball", "tie")
     points = {name: at(name) for name in names}
-    points |= {"rack_design": at("rack"), "rack": at("rack") - [0.0, steer, 0.0]}
+    shift = np.asarray(steering) - at("rack") if np.ndim(steering) else np.array([0.0, -np.asarray(steering), 0.0])
+    points |= {"rack_design": at("rack"), "rack": at("rack") + shift}
     toe, camber = numbers["toe"], numbers["camber"]
     axis = np.array([np.sin(toe) * np.cos(camber), np.cos(toe) * np.cos(camber), -np.sin(camber)])
     design = numbers["center_z"] - RADIUS * np.sqrt(1.0 - axis[2] ** 2)
@@ -50,7 +53,7 @@ def _by_distances(travel: float, steer: float) -> dict[str, float]:
     carried = {"center": at("center"), "axle": at("center") + axis}
     start = None
     for part in (0.25, 0.5, 0.75, 1.0):
-        points["rack"] = at("rack") - [0.0, part * steer, 0.0]
+        points["rack"] = at("rack") + part * shift
         height = part * travel
         start, places = solve(points, carried, lambda places, z=height: contact(places)[2] - design - z, start)
     along = places["axle"] - places["center"]
@@ -66,9 +69,9 @@ def _by_distances(travel: float, steer: float) -> dict[str, float]:
 @pytest.mark.parametrize("name", ["travel", "steering"])
 def test_curves_are_those_of_a_solver_by_distances(name):
     # 1e-9 mm at the radius of the wheel are 2e-10 deg
-    curves = _curves().curves[name]
+    curves = curves_of_the_example().curves[name]
     for row, x in enumerate(1e-3 * curves.x):
-        expected = _by_distances(x, 0.0) if name == "travel" else _by_distances(0.0, x)
+        expected = by_distances(x, 0.0) if name == "travel" else by_distances(0.0, x)
         for quantity, value in expected.items():
             scale, tolerance = (1e3, 1e-9) if quantity in ("contact y", "centre x") else (1.0, 2e-10)
             found = curves.columns[f"left_hub {quantity}"][row]
@@ -78,12 +81,12 @@ def test_curves_are_those_of_a_solver_by_distances(name):
 @pytest.mark.slow
 def test_slopes_are_those_of_close_states():
     h = 1e-6
-    near = [_by_distances(sign * h, 0.0) for sign in (-1, 1)]
+    near = [by_distances(sign * h, 0.0) for sign in (-1, 1)]
     slopes = {name: (near[1][name] - near[0][name]) / (2 * h) for name in near[0]}
-    curves = _curves().curves["travel"]
+    curves = curves_of_the_example().curves["travel"]
     for name, unit in (("toe", 1e-3), ("camber", 1e-3), ("contact y", 1.0)):
         assert curves.slope(f"left_hub {name}") == pytest.approx(unit * slopes[name], rel=1e-3, abs=1e-5)
-    half_track = _by_distances(0.0, 0.0)["contact y"] + 0.76 + RADIUS * 0.01
+    half_track = by_distances(0.0, 0.0)["contact y"] + 0.76 + RADIUS * 0.01
     height = curves.columns["left_hub roll centre height"][4]
     assert height == pytest.approx(1e3 * half_track * slopes["contact y"], rel=1e-3)
 
@@ -97,7 +100,7 @@ def test_positions_are_those_of_a_solver_of_lengths():
 @pytest.mark.slow
 def test_angles_of_steering_are_those_of_the_axis_between_the_balls():
     # the wheel rises a little on its pad, so the instantaneous axis is near the axis of the balls
-    columns = _curves().curves["steering"].columns
+    columns = curves_of_the_example().curves["steering"].columns
     numbers = _values("wishbone_parts.toml")
     x, y, z = (numbers[f"upper_ball_{key}"] - numbers[f"lower_ball_{key}"] for key in "xyz")
     assert columns["left_hub caster"][4] == pytest.approx(np.degrees(np.arctan(-x / z)), abs=0.5)

@@ -47,13 +47,13 @@ def surface_fields(
     owner : noun of the part that needs the rate if an input moves the surface and the rate is ``needed``
     """
     text, rate_key, center = getattr(entry, word), f"{word}_rate", getattr(entry, "center", "")
-    height, rate, kinds = None, getattr(entry, rate_key), set[str]()
+    height, rate = None, getattr(entry, rate_key)
     if text is not None and getattr(entry, "shape", FOLLOWER) == FOLLOWER:
         height = read_height(f"{key}.{word}", text, center, values)
     elif text is not None:
-        height = read_surface(f"{key}.{word}", text, values, HEIGHT, ("parameter", "local", *_MOVING))
-    if height is not None:
-        kinds = {symbol.kind for symbol in symbols(height)}
+        remedy = f', or shape = "{FOLLOWER}" for a wheel'
+        height = read_surface(f"{key}.{word}", text, values, HEIGHT, ("parameter", "local", *_MOVING), owner, remedy)
+    kinds = set[str]() if height is None else {symbol.kind for symbol in symbols(height)}
     if rate is not None:
         if kinds.isdisjoint(_MOVING) and not values.report.concerns(f"{key}.{word}"):
             fault = f"neither time nor an input moves the {word}, so it has no rate of its own [E1513]"

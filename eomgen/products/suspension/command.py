@@ -12,7 +12,6 @@ from eomgen.cli.options import (
     assignments,
     completed_files,
     debug_option,
-    in_units,
     json_option,
     optional_folder,
 )
@@ -26,7 +25,13 @@ _of_suspension = arguments_of("eomgen.products.suspension.study:suspension")
 @click.option("--hub", "hubs", multiple=True, required=True, metavar="BODY", help="Carries a wheel; may be repeated.")
 @_of_suspension("--steering", metavar="JOINT")
 @_of_suspension("--radius", type=float, metavar="M")
-@click.option("--range", "ends", multiple=True, metavar="NAME=END", help="End of a range, SI units; may be repeated.")
+@click.option(
+    "--range",
+    "ends",
+    multiple=True,
+    metavar="NAME=END",
+    help="End of a range, SI units or with a unit; may be repeated.",
+)
 @_of_suspension("--rows", type=int, metavar="N")
 @_of_suspension("--other-axle", type=float, metavar="M")
 @_of_suspension("--height", type=float, metavar="M")
@@ -41,7 +46,7 @@ def suspension(
     """Measure kinematics and compliance of an AXLE, a scene file, on a rig that holds the body of the car."""
     from eomgen.products.suspension.study import suspension as measured  # noqa: PLC0415  # with fine arguments
 
-    ranges, parameters = in_units("--range", assignments("--range", ends), ()), assignments("--set", changes)
+    ranges, parameters = assignments("--range", ends), assignments("--set", changes)
     with waiting(f"{file}: states of rest"):
         result = measured(file, ranges=ranges, parameters=parameters, **options)
     if as_json:

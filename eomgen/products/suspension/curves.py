@@ -24,13 +24,15 @@ class Car:
 @dataclass(frozen=True)
 class Wheel:
     """States of a wheel: name, side (1: left, -1: right), centre and the axes x and y of the hub (rows, 9), vector from
-    the centre to the contact (rows, 3), vertical force of the road (rows,)."""
+    the centre to the contact (rows, 3), and vertical force of the road (rows,). ``rolled`` is the way of the contact
+    by a small roll (rows, 3), in any unit; None if the axle does not roll."""
 
     name: str
     side: float
     pose: Array
     arm: Array
     load: Array
+    rolled: Array | None = None
 
     @property
     def axes(self) -> Array:
@@ -146,10 +148,11 @@ def _over_travel(x: Array, wheel: Wheel, car: Car) -> dict[str, tuple[Array, str
     contact = wheel.pose[:, :3] + wheel.arm
     along = slopes(x, contact)
     rise = along[:, 2]
+    rolled = along if wheel.rolled is None else wheel.rolled
     locked = velocity + np.cross(turning, wheel.arm)  # of the point of a locked wheel at the contact
     rows = {
         "rate": (1e-3 * slopes(x, wheel.load) / rise, "N/mm"),
-        "roll centre height": (1e3 * contact[:, 1] * along[:, 1] / rise, "mm"),
+        "roll centre height": (1e3 * contact[:, 1] * rolled[:, 1] / rolled[:, 2], "mm"),
     }
     for kind, share, forward in (("braking", car.brake_share, locked), ("driving", 1.0, velocity)):
         rows[f"{kind} angle"] = np.degrees(np.arctan(forward[:, 0] / rise)), "deg"

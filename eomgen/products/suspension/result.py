@@ -65,13 +65,16 @@ class SuspensionCurves:
 
     @property
     def characteristics(self) -> list[tuple[str, str, float, str]]:
-        """Range, column, value and unit of each characteristic at the design position; slopes are by the range."""
+        """Range, column, value and unit of each characteristic at the design position; slopes are by the range, and 0
+        if the column changes by rounding alone."""
         rows = []
         for name, curves in self.curves.items():
             for column, values in curves.columns.items():
                 unit = curves.units[column]
                 if column.endswith(tuple(_SLOPES.get(name, "").split(","))):
-                    rows.append((name, f"{column} by {curves.label}", curves.slope(column), f"{unit}/{curves.unit}"))
+                    by = f"({curves.unit})" if " " in curves.unit else curves.unit
+                    slope = curves.slope(column) if np.ptp(values) > 1e-9 else 0.0
+                    rows.append((name, f"{column} by {curves.label}", slope, f"{unit}/{by}"))
                 elif name in _VALUES and column.endswith(tuple(_VALUES[name].split(","))):
                     rows.append((name, column, float(values[len(values) // 2]), unit))
         return rows

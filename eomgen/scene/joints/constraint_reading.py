@@ -45,7 +45,6 @@ _OF_SHAPES: Mapping[str, str] = {
 }
 _EQUATION = 'equation = "q.rod - lift(q.cam)", which is 0 on the constraint'
 _VELOCITIES = ("v", "velocity")
-_COUNTS = {1: "one derivative", 2: "two derivatives", 3: "three derivatives"}
 
 
 def read_constraint(name: str, entry: written.ConstraintEntry, reading: Reading) -> Constraint:
@@ -130,10 +129,12 @@ def read_surface(
     values: Values,
     scope: Scope = SURFACE,
     kinds: Collection[str] = ("parameter", "local"),
+    owner: str = "constraint",
+    remedy: str = "",
 ) -> Formula | None:
-    """Return the height of a contact's surface over the plane as a formula of x and y, m; None for the plane, and after
-    a report for a formula that cannot be read, has symbols of other ``kinds`` or depends on z. Missing derivatives are
-    reported, too."""
+    """Return the height of a surface over the plane as a formula of x and y, m; None for the plane, and after a report
+    for a formula that cannot be read, has symbols of other ``kinds`` or depends on z. Derivatives that the ``owner``
+    misses are reported, with a ``remedy`` more."""
     formula = values.formula(key, text, scope)
     if formula is UNKNOWN or formula == ZERO:
         return None
@@ -145,7 +146,7 @@ def read_surface(
         if symbol.kind == "local" and symbol.index > 1:
             values.report.add(key, "the height of a surface depends on x and y, not on z [E1603]", '"0.1 * x**2"')
             return None
-    _check_smooth(key, formula, values, 3)
+    _check_smooth(key, formula, values, 3, f"a {owner} needs three derivatives of its surface", remedy)
     return formula
 
 
@@ -199,7 +200,8 @@ def read_equation(
     still = {name for name, point in points.items() if point.body in (BASE, WORLD)}
     if not _holds(equation_key, formula, values, still, framed=framed, at_velocity=at_velocity):
         return UNKNOWN, "m"
-    _check_smooth(equation_key, formula, values, 1 if at_velocity else 2)
+    count, needed = (1, "one derivative") if at_velocity else (2, "two derivatives")
+    _check_smooth(equation_key, formula, values, count, f"a constraint needs {needed} of its equation")
     return formula, _unit(key, formula, entry.unit, values, at_velocity=at_velocity)
 
 
@@ -240,24 +242,22 @@ def _holds(
     return True
 
 
-def _check_smooth(key: str, formula: Formula, values: Values, derivatives: int) -> None:
-    """Report curves and functions in a formula that have fewer than ``derivatives`` derivatives; add a note on choices,
-    whose branches have to fit. ``key`` is the dotted key of the formula."""
-    noun = "surface" if key.endswith(".surface") else "equation"
-    needs = f"a constraint needs {_COUNTS[derivatives]} of its {noun}"
+def _check_smooth(key: str, formula: Formula, values: Values, derivatives: int, needs: str, remedy: str = "") -> None:
+    """Report curves and functions in a formula that have fewer than ``derivatives`` derivatives, which ``needs`` says;
+    add a note on choices, whose branches have to fit. ``key`` is the dotted key of the formula."""
     for name, does in rough_curves(formula, derivatives).items():
-        values.report.add(key, f"{needs}, and {name} {does} [E1616]", 'interpolation = "quintic"')
+        values.report.add(key, f"{needs}, and {name} {does} [E1616]", f'interpolation = "quintic"{remedy}')
     for name in dict.fromkeys(_rough(formula)):
         if NON_SMOOTH[name] >= derivatives:
             continue
-        hint = "a smooth function, such as sqrt(x**2 + d**2) for abs(x), or two constraints"
+        hint = f"a smooth function, such as sqrt(x**2 + d**2) for abs(x){remedy}"
         has = "a corner" if NON_SMOOTH[name] else "a jump"
         fault = f"{needs}, and {'a comparison' if name in ('lt', 'le') else name} has {has} [E1617]"
         values.report.add(key, fault, hint)
     operations = [part for part in distinct_nodes(formula) if isinstance(part, Operation)]
     if any(part.name == "select" and changes(part.arguments[0]) for part in operations):
         equal = "values, slopes and curvatures" if derivatives > 1 else "values and slopes"
-        values.note([f"{key}: the {noun} has an if, whose branches have to meet with equal {equal} [W0299]"])
+        values.note([f"{key}: the formula has an if, whose branches have to meet with equal {equal} [W0299]"])
 
 
 def _rough(formula: Formula) -> Iterator[str]:
