@@ -82,7 +82,7 @@ class ErrorEstimate:
     outputs_at : name -> (n,) or (n, size)
     relative_at : (n,), the largest error of a coordinate or an internal state as a part of the motion of the coordinate
         or state
-    order : observed in q; NaN if none is seen
+    order : observed in q, or in the internal states if ``largest`` is one; NaN if none is seen
     declared_order : of the method; NaN if the method chooses its steps
     relative : the largest of ``relative_at``
     largest : which, how much and when
