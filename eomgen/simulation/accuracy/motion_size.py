@@ -257,7 +257,8 @@ def _responses(run: Run, states: States, parameters: Array, ways: Array, duratio
     _, by_q, by_v, by_z = run.model.internal_partials(states.q, states.v, states.z, states.t, u, parameters=parameters)
     pulls = np.abs(by_q) @ ways + np.abs(by_v) @ ways / duration
     held = np.eye(by_z.shape[-1]) / duration - by_z
-    return np.nan_to_num(np.abs(np.linalg.solve(held, pulls[..., np.newaxis])), posinf=0.0)[..., 0].max(axis=0)
+    gone: Array = np.nan_to_num(np.abs(np.linalg.solve(held, pulls[..., np.newaxis])), posinf=0.0)[..., 0].max(axis=0)
+    return gone
 
 
 def motion_size(
