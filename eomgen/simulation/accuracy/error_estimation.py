@@ -239,6 +239,9 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates]) -> ErrorE
     if rounding:  # which grows towards shorter steps, and of which two runs may have as much
         both = _largest_of([(near, 1.0), (apart, 1.0)])
         pair = Pair(both, partial(_fixed_gain, 1.0), words, near, far, _refinement(runs, (1, 2, 4)))
+    elif not keep_order(runs, apart, near, order, pair.refinement) and (quarter := _comparison(runs, 0.25)).complete:
+        gain = gain_by(runs.ratio(0.25, quarter.apart.t))  # the run at half the step may be as far off as the run
+        pair = pair._replace(apart=quarter.apart, gain=gain, words="runs at a quarter, half and 2 times the step")
     result = replace(estimate(runs, pair, order), passed_over=half.passed_over)
     return result if resolved else _with_first_rows(runs, result, order)
 
