@@ -216,7 +216,7 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates]) -> ErrorE
         return _by_shorter_steps(runs, order)
     twice = runs.at(multiple=2.0)
     jumps, resolved = _laws_within_steps(runs, rates)
-    if jumps and (result := _by_prime_parts(runs, twice)):
+    if jumps and (result := _by_prime_parts(runs)):
         return result
     result, near, far, suffices = _by_longer_steps(runs, twice, order, resolved=resolved)
     if result is not None and suffices:
@@ -336,9 +336,9 @@ def _with_first_rows(runs: ComparisonRuns, result: ErrorEstimate, order: float) 
     return replace(result, **joined, **largest, relative=relative, outputs_at=NamedResults("output", outputs))
 
 
-def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimate | None:
-    """Estimate errors as the largest of the estimates by runs at a third, a fifth and twice the step; None if a run at
-    shorter steps does not hold.
+def _by_prime_parts(runs: ComparisonRuns) -> ErrorEstimate | None:
+    """Estimate errors as the larger of the estimates by runs at a third and a fifth of the step; None if one of these
+    does not hold.
 
     The error of a step that crosses a jump of a force is of first order, with a factor that depends on the place of the
     jump in the step. Two runs may agree by chance, most often if the steps of one run are multiples of the steps of the
@@ -346,8 +346,6 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
     """
     order = float(runs.run.method.order)
     differing, shorter, passed_over = [], [], ""
-    if _is_complete(twice):
-        differing.append((runs.apart(runs.own, twice), gain_of(order)))
     for parts in _PRIME_PARTS:
         shorter.append(runs.at(multiple=1.0 / parts))
         if not _is_complete(shorter[-1]):
