@@ -66,9 +66,14 @@ class Draw:
             {"type": "linear", "stiffness": n(1e4, 3e4), "damping": n(5, 40), "onset": n(5e-4, 2e-3)},
             {"type": "hunt_crossley", "stiffness": n(3e5, 2e6), "damping": n(0.1, 0.6)},
             {"type": "hertz", "modulus": n(4e5, 2e6), "curvature_radius": 0.05},
-            {"type": "lankarani_nikravesh", "stiffness": n(4e5, 2e6), "restitution": n(0.4, 0.9), "impact_velocity": 1.5},
+            {
+                "type": "lankarani_nikravesh",
+                "stiffness": n(4e5, 2e6),
+                "restitution": n(0.4, 0.9),
+                "impact_velocity": 1.5,
+            },
             {"type": "formula", "force": f"{n(1e6, 3e6)} * deflection**2 * max(1 - {n(0.1, 0.4)} * rate, 0)"},
-        )  # fmt: skip
+        )
 
     def tangential(self) -> Data:
         n = self.number
@@ -97,23 +102,54 @@ def _wheel(draw: Draw) -> Data:
 #: Scenes with durations and steps, s.
 FAMILIES: Mapping[str, tuple[Callable[[Draw], Data], float, float]] = {
     "ball": (lambda d: dropped(d.normal(), d.number(0.08, 0.2), d.number(0.3, 1.0), v=d.number(-1, 0.5)), 0.5, 5e-4),
-    "belt": (lambda d: belt(d.one(coulomb(d.number(0.3, 0.7)), bristles(d.number(0.3, 0.7))), d.number(0.05, 0.2)), 1.5, 1e-3),
-    "block": (lambda d: block(d.tangential(), d.number(0.1, 0.5), q=[d.number(0, 0.3), 0, 0.08], v=d.vector(1, 0.6, 0.1)), 0.4, 5e-4),
-    "table": (lambda d: table(d.tangential(), q=[0, 0, 0.075], turn=turned(d.number(0.05, 0.2), 1, 0.5, 0), v=d.vector(0, 0, 5, 0.4, 0.3, 0)), 0.4, 5e-4),
+    "belt": (
+        lambda d: belt(d.one(coulomb(d.number(0.3, 0.7)), bristles(d.number(0.3, 0.7))), d.number(0.05, 0.2)),
+        1.5,
+        1e-3,
+    ),
+    "block": (
+        lambda d: block(d.tangential(), d.number(0.1, 0.5), q=[d.number(0, 0.3), 0, 0.08], v=d.vector(1, 0.6, 0.1)),
+        0.4,
+        5e-4,
+    ),
+    "table": (
+        lambda d: table(
+            d.tangential(),
+            q=[0, 0, 0.075],
+            turn=turned(d.number(0.05, 0.2), 1, 0.5, 0),
+            v=d.vector(0, 0, 5, 0.4, 0.3, 0),
+        ),
+        0.4,
+        5e-4,
+    ),
     "ball on a surface": (lambda d: d.body(BALL, BALL_MASS, 0.07), 0.5, 5e-4),
     "egg": (lambda d: d.body(EGG, EGG_MASS, 0.09), 0.4, 5e-4),
     "coin": (lambda d: d.body(COIN, COIN_MASS, 0.07), 0.4, 2.5e-4),
     "ring": (lambda d: d.body(RING, RING_MASS, 0.09), 0.4, 2.5e-4),
-    "housing": (lambda d: housed(d.one("cylinder", "sphere"), d.normal(), d.tangential(), q=d.vector(0.05, 0.02, 0.03), v=d.vector(0, 10, 0, 0.6, 0.3, 0.3)), 0.5, 5e-4),
+    "housing": (
+        lambda d: housed(
+            d.one("cylinder", "sphere"),
+            d.normal(),
+            d.tangential(),
+            q=d.vector(0.05, 0.02, 0.03),
+            v=d.vector(0, 10, 0, 0.6, 0.3, 0.3),
+        ),
+        0.5,
+        5e-4,
+    ),
     "bore": (lambda d: slider_crank(d.number(3e-4, 1e-3), coulomb(d.number(0.05, 0.3), 0.05)), 0.2, 1e-4),
     "rotor": (lambda d: rotor(coulomb(d.number(0.05, 0.3), 0.1)), 0.4, 2.5e-4),
-    "pendulum": (lambda d: pendulum(d.one(1, 2, 3), d.normal(), coulomb(d.number(0.1, 0.5), 0.02), -d.number(0.4, 1.2)), 0.8, 5e-4),
+    "pendulum": (
+        lambda d: pendulum(d.one(1, 2, 3), d.normal(), coulomb(d.number(0.1, 0.5), 0.02), -d.number(0.4, 1.2)),
+        0.8,
+        5e-4,
+    ),
     "leg": (lambda d: leg(d.one(bristles(d.number(0.5, 0.9)), coulomb(d.number(0.3, 0.9), 0.05))), 0.8, 5e-4),
     "chain": (lambda d: chain(d.one(2, 3, 5), d.tangential(), d.number(0.1, 0.6)), 0.35, 5e-4),
     "ball on a moving table": (lambda d: carried(d.normal(), d.tangential()), 0.4, 2.5e-4),
     "plank": (lambda d: plank(d.one(bristles(d.number(0.4, 0.9)), coulomb(d.number(0.3, 0.8), 0.02))), 0.5, 1e-3),
     "wheel": (_wheel, 0.5, 1e-3),
-}  # fmt: skip  # a table
+}
 
 
 def drawn(seed: int) -> Case:
@@ -131,7 +167,7 @@ def main(first: int, last: int) -> int:
             for row in rows_of(drawn(seed)):
                 found.append(row)
                 print(row, "" if row.near or not row.counted else "<<<", flush=True)
-        except Exception as error:  # noqa: BLE001  # of the reference
+        except Exception as error:  # of the reference
             print(seed, "no reference:", repr(error)[:200], flush=True)
     print(counts(found))
     return 0
