@@ -211,7 +211,7 @@ def _nudge(statics: Statics, point: SearchPoint) -> SearchPoint | None:
     stable equilibrium, without a free direction, with rates of internal states, for follower forces under which the
     motion returns, and if the displaced point has no finite forces.
     """
-    if not len(point.imbalance) or point.has_rates:
+    if not len(point.imbalance) or any(map(np.any, point.couplings[1:])):
         return None
     symmetric, unstable = point.stiffness_blocks.symmetric, -1e3 * SOFT * point.largest_stiffness
     if symmetric.above(unstable):

@@ -144,11 +144,6 @@ class SearchPoint:
         """Stiffness (free, free) along the basis, squared angular frequencies, by blocks."""
         return Blocks.of(congruent(self.basis, self.K), narrow=True)
 
-    @property
-    def has_rates(self) -> bool:
-        """Whether internal states have rates at rest, apart from their motion with the coordinates."""
-        return any(np.any(part) for part in self.couplings[1:])
-
     @cached_property
     def noise(self) -> float:
         """The rounding of the imbalance."""

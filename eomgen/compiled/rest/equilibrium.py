@@ -286,7 +286,7 @@ def _skew(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint) -> bo
 def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint, v: Array, against: int) -> str:
     """Return the reason for which stiffness alone does not decide stability, as text; empty if it does. v are the
     driven velocities, ``against`` the number of directions of negative stiffness."""
-    if point.has_rates:
+    if any(map(np.any, point.couplings[1:])):
         return "internal states take part"
     if _skew(model, loaded, point):
         return "forces or moments that follow the motion, or moments about fixed axes, have no potential"

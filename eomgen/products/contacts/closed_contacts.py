@@ -28,7 +28,6 @@ from eomgen.integrators.families.register import Method
 from eomgen.lie import product
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose
-from eomgen.mechanics.kinematics.points import LinkKinematics
 from eomgen.products.contacts import friction_laws
 from eomgen.products.contacts.law import ContactForces
 from eomgen.products.contacts.laws import LOCAL_NAMES, rate_name, state_name
@@ -47,24 +46,23 @@ from eomgen.symbolic.tape import Tape
 #: Time after which the gap is asked for again, s.
 _SOON = 1e-5
 #: Laws that a library keeps, by contact and values of their keys; and pairs that act on one another, the stiffest.
-_MOST_LAWS, _MOST_PAIRS = 64, 32
+_MOST = 64
 #: Results of laws along and about the axes of a contact, and the motions on which they depend.
 _FORCES = ("force_x", "force_y", "force", "moment_x", "moment_y", "moment_z")
 _MOTIONS = tuple(name for name in LOCAL_NAMES if name not in ("deflection", "load"))
 _VELOCITIES = _MOTIONS[1:-3]
-_TWISTS = 12
 
 
 class _Start:
-    """Values of formulas at a start as constants on a tape of their own, in place of the quantities of a scene, and
-    pairs between two bodies, whose twists, (12,), are inputs of the tape. Raises KeyError for quantities that have no
+    """Formulas at a start as constants on a tape, in place of the quantities of a scene, and pairs between two bodies,
+    whose twists, (12,), are inputs of the tape. Raises KeyError for quantities that have no
     value before the equations."""
 
     def __init__(self, path: StepPath) -> None:
         self.algebra, self.path = Algebra(Tape()), path
         self.kinematics = SimpleNamespace(local=lambda _, position: (1, position))
         self.local, self.state_numbers = dict[tuple[str, str], Scalar](), dict[str, int]()
-        self._inputs = [Scalar(self.algebra.tape, self.algebra.tape.input("twist", k)) for k in range(_TWISTS)]
+        self._inputs = [Scalar(self.algebra.tape, self.algebra.tape.input("twist", k)) for k in range(12)]
 
     def input(self, _: str, index: int) -> Scalar:
         return Scalar(self.algebra.tape, self.algebra.tape.input("local", index))
@@ -91,17 +89,16 @@ class _Start:
             placed[link] = algebra.matrix(R.tolist()), algebra.vector(pose[4:].tolist())
             origin = plus(placed[link][1], apply(placed[link][0], self.vector(frame.position)))
             frames.append(FramePose(link, algebra.matrix((R @ np.array(frame.orientation)).tolist()), origin))
-        twists: Any = {
-            k: (tuple(self._inputs[6 * k : 6 * k + 3]), tuple(self._inputs[6 * k + 3 : 6 * k + 6])) for k in (0, 1)
-        }
-        known = LinkKinematics(self, placed, twists)  # type: ignore[arg-type]  # both links are known
-        return PairMotion(self, item, FramePair(known, frames[0], frames[1], *algebra.zero_vector))  # type: ignore[arg-type]
+        twists = {k: (tuple(self._inputs[k : k + 3]), tuple(self._inputs[k + 3 : k + 6])) for k in (0, 6)}
+        known: Any = SimpleNamespace(pose=placed.__getitem__, twist=lambda link: twists[6 * link])
+        motion: Any = self
+        return PairMotion(motion, item, FramePair(known, frames[0], frames[1], *algebra.zero_vector))
 
     def by_twists(self, scalars: Sequence[Scalar]) -> Array:
         """Return the derivatives of velocities by the twists, (n, 12)."""
         tape, inputs = self.algebra.tape, [item.ref for item in self._inputs]
         slopes = [slope for scalar in scalars for slope in gradient(tape, scalar.ref, inputs)]
-        return evaluate(tape, slopes, {"twist": np.zeros(_TWISTS)}).reshape(-1, _TWISTS)
+        return evaluate(tape, slopes, {"twist": np.zeros(12)}).reshape(-1, 12)
 
 
 class _Laws:
@@ -200,12 +197,12 @@ class ClosedContacts:
                     closing.append(pair)
             except (KeyError, ZeroDivisionError):  # a formula without a value before the equations; no closest point
                 continue
-        self._closing = sorted(closing, key=lambda pair: pair.frequency)[-_MOST_PAIRS:]
+        self._closing = sorted(closing, key=lambda pair: pair.frequency)[-_MOST:]
 
     @staticmethod
     def _laws(item: Contact, start: _Start, kept: dict[object, _Laws]) -> _Laws:
         """Return the laws of a contact, recorded once for each set of values of their keys."""
-        if len(kept) > _MOST_LAWS:
+        if len(kept) > _MOST:
             kept.clear()
         named = {symbol for formula, _ in item.formulas() for symbol in symbols(formula) if symbol.name != item.name}
         key = item.name, tuple(sorted((str(symbol), start(symbol).constant) for symbol in named))

@@ -193,8 +193,7 @@ class _RateSearch:
             return none, none, none  # as steep outside: no law ends within the step
         time, name = float(self._states.t[step + 1]), self._model.v_names[column]
         span = float(np.sum(np.abs(change)))
-        steep = {sign: sign * slopes * h > 1.0 for sign in (1.0, -1.0)}
-        parts = {sign: float(np.sum(np.abs(change[where]))) for sign, where in steep.items()}
+        parts = {sign: float(np.sum(np.abs(change[sign * slopes * h > 1.0]))) for sign in (1.0, -1.0)}
         rise = float(slopes.max()) if parts[1.0] > STEEP_PART * span else 0.0
         decay = float(-slopes.min()) if parts[-1.0] > STEEP_PART * span else 0.0
         holds = a[0] > 0.0 > a[-1]

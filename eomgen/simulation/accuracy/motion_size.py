@@ -233,10 +233,9 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Extent:
             motion = np.stack([states.v, states.a], axis=2)
             moving, accelerating = (motion * (mass @ motion)).sum(axis=1).max(axis=0).tolist()
             diagonal = np.diagonal(mass, axis1=1, axis2=2).max(axis=0)
-            rates: Array = np.sqrt(moving / diagonal)
             loads = np.sqrt(accelerating * diagonal)
             duration = float(rows[-1, 0] - rows[0, 0])
-            ways = np.fmax(reach.ways, duration * np.where(np.isfinite(rates), rates, 0.0))
+            ways = np.fmax(reach.ways, duration * np.nan_to_num(np.sqrt(moving / diagonal), posinf=0.0))
             responses = _responses(run, states, held, ways, duration)
     except (EomgenError, np.linalg.LinAlgError):
         return reach
@@ -250,7 +249,8 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Extent:
 
 
 def _responses(run: Run, states: States, parameters: Array, ways: Array, duration: float) -> Array | float:
-    """Return how far internal states go at the states of rows if coordinates go ``ways`` (nv,) in a duration, (nz,)."""
+    """Return the ways of internal states, (nz,), at the states of rows, if coordinates go ``ways`` (nv,) in a
+    duration."""
     if not run.model.functions.for_runs("internal_partials"):
         return 0.0
     u = run.signals.rows(states.t) if run.takes_rows else None
