@@ -233,9 +233,8 @@ def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]
             hint += " [cos(angle / 2), *(sin(angle / 2) * n)]"
         if array.ndim == 2 and array.shape[1] == size:
             hint = f"one row of it: {name.rpartition(' ')[2]}[-1] is the last one"
-        raise UsageError(
-            Problem(name, f"the shape is {array.shape}, ({size},) is needed [E0264]", hint or _numbers(size))
-        )
+        needed = f"{size} number{'s' * (size != 1)}; q_names, v_names and states of the model are their order"
+        raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed [E0264]", hint or needed))
     target[part] = array
 
 
@@ -260,10 +259,6 @@ def _with_nodes(
     if not (has_other_parameters or moved):
         return state
     return InitialState(*placed_nodes(model, (before.q, before.v), (state.q, state.v), p, list(joints)), state.z)
-
-
-def _numbers(size: int) -> str:
-    return f"{size} number{'s' * (size != 1)}; q_names, v_names and states of the model are their order"
 
 
 def _scene_start(model: CompiledModel, parameters: Array | None, *, asked: bool) -> InitialState:

@@ -82,7 +82,7 @@ class ErrorEstimate:
     outputs_at : name -> (n,) or (n, size)
     relative_at : (n,), the largest error of a coordinate or an internal state as a part of the motion of the coordinate
         or state
-    order : observed in q; NaN if none is seen
+    order : observed in q, or in the internal states if ``largest`` is one; NaN if none is seen
     declared_order : of the method; NaN if the method chooses its steps
     relative : the largest of ``relative_at``
     largest : which, how much and when
@@ -249,7 +249,7 @@ class ErrorEstimate:
             dictionaries of the attributes of ``LargestError``; numbers. None for a number that is NaN, and for a
             largest error that is not known; without an estimate ``seconds`` and ``cost`` are 0.
         """
-        numbers = {name: _or_none(getattr(self, name)) for name in _NUMBERS}
+        numbers = {name: None if np.isnan(value := getattr(self, name)) else float(value) for name in _NUMBERS}
         words = {name: getattr(self, name) for name in _WORDS}
         result = {name: getattr(self, name) for name in _LARGEST}
         return {**words, **{name: item and dict(vars(item)) for name, item in result.items()}, **numbers}
@@ -267,7 +267,7 @@ class ErrorEstimate:
     def from_file(cls, arrays: Mapping[str, Array], summary: Mapping[str, Any]) -> Self:
         """Return the estimate whose ``arrays`` and ``described`` were written to a file."""
         stored: dict[str, Any] = {"outputs_at": {}, **array_groups(arrays)}
-        stored |= {name: _number(summary[name]) for name in _NUMBERS}
+        stored |= {name: float("nan" if summary[name] is None else summary[name]) for name in _NUMBERS}
         stored |= {name: summary[name] for name in _WORDS if name in summary}
         stored |= {name: LargestError(**summary[name]) for name in _LARGEST if summary.get(name)}
         return cls(**stored)
@@ -275,14 +275,6 @@ class ErrorEstimate:
 
 def _largest(at: Array) -> Array:
     return np.max(at, axis=0) if len(at) else np.full(at.shape[1:], np.nan)
-
-
-def _or_none(value: float) -> float | None:
-    return None if np.isnan(value) else float(value)
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else float(value)
 
 
 @dataclass(frozen=True)

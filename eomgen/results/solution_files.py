@@ -74,7 +74,7 @@ def column_named(solution: RecordedSolution, name: str) -> Array:
 def units_of(solution: RecordedSolution) -> dict[str, str]:
     """Return the units of the columns; see ``Solution.units``."""
     known = solution.metadata.get("units", {})
-    blocks = {**known, "a": [_per_second(unit) for unit in known.get("v", ())]}
+    blocks = {**known, "a": [f"{unit}^2" if unit.endswith("/s") else f"{unit}/s" for unit in known.get("v", ())]}
     units = {"t": "s"}
     for letter, labels in _names(solution).items():
         units |= dict(zip(labels, blocks.get(letter, ()), strict=False))
@@ -83,11 +83,6 @@ def units_of(solution: RecordedSolution) -> dict[str, str]:
         size = 1 if array.ndim == 1 else array.shape[1]
         units |= dict.fromkeys(component_names("output", name, size), known.get("outputs", {}).get(name, ""))
     return units | {f"energy.{name}": "W" if "power" in name else "J" for name in solution.energy}
-
-
-def _per_second(unit: str) -> str:
-    """Return the unit of a rate: ``m/s`` -> ``m/s^2``, ``rad`` -> ``rad/s``."""
-    return f"{unit}^2" if unit.endswith("/s") else f"{unit}/s"
 
 
 _OUTCOME = ("stats", "message", "success", "interrupted")

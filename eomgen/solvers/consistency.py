@@ -35,6 +35,7 @@ from eomgen.solvers.constraint_rows import (
     constraints_named,
     is_driven,
     long_lever,
+    spread,
 )
 from eomgen.solvers.regular_inertia import inertia_with_rows
 
@@ -444,12 +445,12 @@ class _SampleRows(RowScales):
         self.holonomic, self.lengths = system.holonomic, system.lengths
         self.B, mass = system.jacobian(q, chosen), system.mass(q, chosen)
         self.size, extent = system.sizes(q, chosen)
-        spread = _spread(system.factors, q)
-        rounding = WORST_ROUNDING * EPSILON * np.maximum(self.size, spread[:, np.newaxis])
-        extent = np.where((spread[:, np.newaxis] == 0.0) | (extent > rounding), extent, 0.0)
+        apart = spread(system.factors, q)
+        rounding = WORST_ROUNDING * EPSILON * np.maximum(self.size, apart[:, np.newaxis])
+        extent = np.where((apart[:, np.newaxis] == 0.0) | (extent > rounding), extent, 0.0)
         machine = extent.max(axis=1, initial=0.0)
         summands = self.size[:, system.lengths].max(axis=1, initial=0.0)
-        for sizes in (spread, summands, np.ones(len(q))):
+        for sizes in (apart, summands, np.ones(len(q))):
             machine = np.where(machine > 0.0, machine, sizes)
         machine = machine[:, np.newaxis]
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
@@ -576,9 +577,3 @@ def _positions(system: ConstrainedSamples, q: Array) -> tuple[Array, NDArray[np.
 def _times(matrices: Array, vectors: Array) -> Array:
     """Return products of matrices (n, rows, columns) and vectors (n, columns)."""
     return np.asarray(np.matmul(matrices, vectors[:, :, np.newaxis]))[:, :, 0]
-
-
-def _spread(factors: Sequence[Factor], q: Array) -> Array:
-    """Return the distance between bodies that move freely, (n,) in m."""
-    places = [q[:, factor.q][:, 4:] for factor in factors if factor.group == "SE3"]
-    return np.asarray(np.ptp(places, axis=0).max(axis=1)) if places else np.zeros(len(q))

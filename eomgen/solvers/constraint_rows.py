@@ -162,10 +162,11 @@ def elastic_components(factors: Sequence[Factor], beams: Sequence[str]) -> NDArr
     return np.concatenate(deforming) if beams else None
 
 
-def _spread(factors: Sequence[Factor], q: Array) -> float:
-    """Return the distance between bodies that move freely, m, which is not visible in frames at body origins."""
-    places = [q[factor.q][4:] for factor in factors if factor.group == "SE3"]
-    return float(np.max(np.ptp(places, axis=0))) if places else 0.0
+def spread(factors: Sequence[Factor], q: Array) -> Array:
+    """Return the distance between bodies that move freely, (n,) in m, which is not visible in frames at body
+    origins."""
+    places = [q[:, factor.q][:, 4:] for factor in factors if factor.group == "SE3"]
+    return np.asarray(np.ptp(places, axis=0).max(axis=1)) if places else np.zeros(len(q))
 
 
 def split_sizes(values: Array) -> tuple[Array, Array]:
@@ -235,13 +236,13 @@ class RowsInMetric(RowScales):
         self._whole = B, mass
         self.angular = system.angular
         self.size, extent = system.sizes(q, t)
-        spread = _spread(system.factors, q)
-        if spread:  # frames at origins of free bodies have no extent except rounding
-            extent = np.where(extent > WORST_ROUNDING * EPSILON * np.maximum(self.size, spread), extent, 0.0)
+        apart = float(spread(system.factors, q[np.newaxis])[0])
+        if apart:  # frames at origins of free bodies have no extent except rounding
+            extent = np.where(extent > WORST_ROUNDING * EPSILON * np.maximum(self.size, apart), extent, 0.0)
         self.lengths = np.array([unit not in ("1", "1/s") for unit in system.units], dtype=bool)
         # travels alone have no extent: the largest summands are the scale
         summands = float(np.max(self.size[self.lengths], initial=0.0))
-        self.machine = machine = _positive(float(np.max(extent, initial=0.0))) or spread or _positive(summands) or 1.0
+        self.machine = machine = _positive(float(np.max(extent, initial=0.0))) or apart or _positive(summands) or 1.0
         # Bodies joined by a row may coincide up to a tolerated contradiction; motions of the whole machine then satisfy
         # the row.
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)

@@ -208,10 +208,10 @@ def _nudge(statics: Statics, point: SearchPoint) -> SearchPoint | None:
     """Return a point displaced from an unstable equilibrium along the direction of the most negative stiffness.
 
     The largest component moves by 1e-3 (rad or scene lengths), before a correction onto the constraints. None for a
-    stable equilibrium, without a free direction, with internal states, for follower forces under which the motion
-    returns, and if the displaced point has no finite forces.
+    stable equilibrium, without a free direction, with rates of internal states, for follower forces under which the
+    motion returns, and if the displaced point has no finite forces.
     """
-    if not len(point.imbalance) or len(point.rates):
+    if not len(point.imbalance) or any(map(np.any, point.couplings[1:])):
         return None
     symmetric, unstable = point.stiffness_blocks.symmetric, -1e3 * SOFT * point.largest_stiffness
     if symmetric.above(unstable):

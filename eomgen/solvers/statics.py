@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
@@ -48,7 +49,7 @@ class Statics:
     residual(q, lam, z) : r = -Q + B^T lam
     stiffness(q, lam, z) : left-trivialised derivative of r by q
     rates(q, z) : zdot
-    couplings(q, z) : derivatives of r by z, of zdot by q, and of zdot by z
+    couplings(q, z) : derivatives of r by z, of zdot by q, of zdot by v, and of zdot by z
     followed(q) : q with counted turns adapted to the poses
     length : m, scale of coordinates in m: the scene's largest
     gravity : m/s^2
@@ -64,7 +65,7 @@ class Statics:
     residual: Callable[[Array, Array, Array], Array]
     stiffness: Callable[[Array, Array, Array], Matrix]
     rates: Callable[[Array, Array], Array]
-    couplings: Callable[[Array, Array], tuple[Array, Array, Array]]
+    couplings: Callable[[Array, Array], tuple[Array, ...]]
     followed: Callable[[Array], Array]
     length: float = 1.0
     gravity: float = 0.0
@@ -85,6 +86,9 @@ class Statics:
 class SearchPoint:
     """Quantities of statics at one configuration of a search for rest.
 
+    Internal states move with the coordinates by the derivative of their rates by velocities, as bristles and lagged
+    slips do: z = w + (dzdot/dv) q. Stiffness and derivatives by q hold w, not z.
+
     Attributes
     ----------
     q, z, lam : configuration, internal states, multipliers of least size
@@ -96,6 +100,7 @@ class SearchPoint:
     violation : (holonomic,) of the constraints
     correction : (nv,) increment that removes the violation to first order
     rates : (nz,) of the internal states
+    carried : (nz, nv) changes of internal states that move with the coordinates
     couplings : derivatives of forces along the basis by z, of zdot along the basis, and of zdot by z
     rounding() : root sum of squares of the rounding of the imbalance: rounding of terms of forces that cancel
     rate_noise, row_sizes : (nz,) the same of the rates, and (holonomic,) the scales of the rows of constraints
@@ -112,6 +117,7 @@ class SearchPoint:
     violation: Array
     correction: Array
     rates: Array
+    carried: Array
     couplings: tuple[Array, Array, Array]
     rounding: Callable[[], float]
     rate_noise: Array
@@ -296,7 +302,10 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     basis: Any = root if free is None else np.asarray(root @ free)
     onto = basis.T
     K: Any = statics.stiffness(q, lam, z)
-    by_z, rate_q, rate_z = statics.couplings(q, z)
+    by_z, rate_q, carried, rate_z = statics.couplings(q, z)
+    if np.any(carried):
+        springs, rate_q = by_z @ carried, rate_q + rate_z @ carried
+        K = K + (springs if isinstance(K, np.ndarray) else csc_array(springs))
     aimed = np.zeros(len(B))
     aimed[: statics.holonomic] = -violation
     few = 64.0 * _EPSILON
@@ -313,6 +322,7 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
         violation,
         root @ (spread @ aimed),
         statics.rates(q, z),
+        carried,
         (onto @ by_z, rate_q @ basis, rate_z),
         lambda: few * float(np.linalg.norm(abs(inverse) @ (abs(K) @ sizes + np.abs(by_z) @ np.abs(z)))),
         few * (np.abs(rate_q) @ sizes + np.abs(rate_z) @ np.abs(z)),
@@ -361,7 +371,8 @@ def move(statics: Statics, point: SearchPoint, change: Array) -> SearchPoint | N
         return None
     with np.errstate(all="ignore"):
         try:
-            reached = examine(statics, update(statics.factors, point.q, increment), point.z + change[free:])
+            z = point.z + change[free:] + point.carried @ increment
+            reached = examine(statics, update(statics.factors, point.q, increment), z)
             reached = onto_constraints(statics, reached)
         except np.linalg.LinAlgError:
             return None
@@ -373,7 +384,8 @@ def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:
     for _ in range(12):
         if np.all(np.abs(point.violation) <= 1e-3 * MET * point.row_sizes):
             break
-        nearer = examine(statics, update(statics.factors, point.q, point.correction), point.z)
+        z = point.z + point.carried @ point.correction
+        nearer = examine(statics, update(statics.factors, point.q, point.correction), z)
         if not nearer.finite or np.max(np.abs(nearer.violation)) >= np.max(np.abs(point.violation)):
             break
         point = nearer

@@ -8,7 +8,7 @@ scenes by a part of the name.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -76,6 +76,16 @@ def row_of(case: Case, model: eomgen.Model, known: Callable[[Array], Array], met
     return Row(case.name, label, value, float(stated), float(true), float(share[worst]), names)
 
 
+def counts(found: Sequence[Row]) -> str:
+    """Return how many runs and scenes are within 3, wrong without a word, and told although right."""
+    counted = [row for row in found if row.counted]
+    poor = [row for row in counted if not row.near]
+    scenes, bad = {row.case for row in counted}, {row.case for row in poor}
+    within = f"{len(counted) - len(poor)} of {len(counted)} runs, {len(scenes - bad)} of {len(scenes)} scenes within 3"
+    told = sum(bool(row.findings) and row.share < 0.01 for row in found)
+    return f"{within}\nwrong and silent: {sum(row.wrong for row in found)}\ntold and right: {told}"
+
+
 def main(words: list[str]) -> int:
     """Print the table of the cases whose names contain all words."""
     found: list[Row] = []
@@ -84,12 +94,7 @@ def main(words: list[str]) -> int:
             for row in rows_of(case):
                 found.append(row)
                 print(row, "" if row.near or not row.counted else "<<<", flush=True)
-    counted = [row for row in found if row.counted]
-    poor = [row for row in counted if not row.near]
-    scenes, bad = {row.case for row in counted}, {row.case for row in poor}
-    print(f"{len(counted) - len(poor)} of {len(counted)} runs, {len(scenes - bad)} of {len(scenes)} scenes within 3")
-    print(f"wrong and silent: {sum(row.wrong for row in found)}")
-    print(f"told and right: {sum(bool(row.findings) and row.share < 0.01 for row in found)}")
+    print(counts(found))
     return 0
 
 

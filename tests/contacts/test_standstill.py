@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import eomgen
+from eomgen.pipeline.model import Model
 from tests.contacts.pairs import scene_of
 from tests.contacts.states import OWN
 from tests.oracles.evaluation import Array
 
+EXAMPLES = Path(eomgen.__file__).parents[1] / "examples"
 SLOPE = math.atan(0.2)
 CAR = """format = 1
 name = "car"
@@ -72,3 +75,28 @@ def test_a_car_on_a_slope_does_not_creep(law: str, way: float, duration: float) 
     assert np.abs(velocities[settled:]).max() < 1e-5
     assert np.abs(places[-1] - places[settled]).max() / (0.5 * duration) < 1e-6
     assert 1e-4 < np.linalg.norm((places[-1] - places[0])[:2]) < 0.05
+
+
+def car_at(speed: float, folder: Path) -> Model:
+    """Return the example's car on a level road."""
+    car, scene = (EXAMPLES / "driving_car" / "system" / "car.toml").as_posix(), folder / "scene.toml"
+    include = f'[include.car]\nfile = "{car}"\nprefix = ""\nparameters = {{ speed = {speed} }}\n'
+    scene.write_text(f'format = 1\nname = "car"\n{include}')
+    return eomgen.build(scene, profile="quick")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [0.0, 20.0])
+@pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
+def test_a_car_in_balance_raises_no_doubt(method: str, speed: float, tmp_path: Path) -> None:
+    """It stands, or drives straight ahead: its struts, its rack and its lagged slips move by rounding alone."""
+    run = car_at(speed, tmp_path).simulate(0.4, 1e-3, method=method)
+    assert not run.findings, run.message
+
+
+@pytest.mark.slow
+def test_tyres_of_a_parked_car_are_springs(tmp_path: Path) -> None:
+    """Their lagged slips hold it in all directions but one, in which it rolls."""
+    found = car_at(0.0, tmp_path).equilibrium()
+    assert found.frequencies[0] == 0.0 and found.frequencies[1] > 5.0
+    assert len(found.undetermined) == 5 and "v.front_left_wheel" in found.undetermined

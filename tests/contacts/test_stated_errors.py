@@ -25,6 +25,6 @@ def test_stated_errors_of_contacts_are_true_or_spoken_of() -> None:
     counted = [row for row in found if row.counted]
     poor = [row for row in counted if not row.near]
     assert len(CASES) == 40 and len(counted) >= 300
-    assert len({row.case for row in poor}) <= 2 and all(row.ratio > 3 for row in poor), [*map(str, poor)]
+    assert len({row.case for row in poor}) <= 1, [*map(str, poor)]
     assert not [str(row) for row in found if row.wrong or row.understated]
     assert len({row.case for row in found if row.findings and row.share < 0.01}) <= 4

@@ -89,6 +89,7 @@ SCENES = {
     "tyre in time": rolls('type = "formula", force = "2e5 * deflection * (1 + 0.1 * t) - 500 * rate"'),
     "law of positions": rolls('type = "formula", force = "2e5 * deflection * (1 + q.ball[4])"')
     + contact("roof", FLOOR, 'body = "ball"', 'type = "linear", stiffness = 2e9').replace("0.4", "0.31"),
+    "stiff law of a speed": rolls('type = "formula", force = "1e5 * deflection * v.ball[3]**2"'),
     "on a roof": falls((SOFT, BRISTLES)).replace(FLOOR, '{ body = "base", position = [0, 0, 9], axis = [0, 0, -1] }'),
 }
 
@@ -132,6 +133,8 @@ def built(scene: str) -> Model:
         ("tyre", "rk4", 1e-3, ""),
         ("tyre in time", "rk4", 5e-2, "grow with the friction of the contact road, which has a rate of"),
         ("law of positions", "rk4", 1e-3, "grow with the normal force of the contact roof"),
+        ("stiff law of a speed", "rk4", 5e-3, "grow with the friction of the contact road"),
+        ("stiff law of a speed", "rk4", 1e-3, ""),
     ],
 )
 def test_steps_are_told_at_the_start(scene: str, method: str, step: float, told: str) -> None:

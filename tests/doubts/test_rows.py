@@ -402,7 +402,14 @@ def understated(effect: float) -> Change:
     """Give an aliased law an effect in parts of the stated error, 0.01."""
     path = SimpleNamespace(run=SimpleNamespace(method=SimpleNamespace(chooses_steps=False)))
     error = SimpleNamespace(relative=0.01, available=True)
-    known = {"looked_at": [0], "_whole": [0], "_steps": [0], "_aliased": True, "_least": unseen_laws.DEFECT}
+    known = {
+        "looked_at": [0],
+        "_whole": [0],
+        "_steps": [0],
+        "_aliased": True,
+        "_still": False,
+        "_least": unseen_laws.DEFECT,
+    }
     looked = examination(**known, _path=path, _finished=SimpleNamespace(error=error))
     looked._judge = lambda *_: 0.01 * effect > looked._least or None
     return unseen(looked.finding())
@@ -437,7 +444,9 @@ def steep(share: float, sign: float) -> tuple[Change, ...]:
     step = np.array([[1.0], [-1.0]])
     states = SimpleNamespace(v=step, t=np.array([0.0, 0.05]))
     run = SimpleNamespace(settings={"step": 1.0})
-    vars(rates).update(_states=states, _left=100, _run=run, _model=SimpleNamespace(v_names=("v.hinge",)))
+    vars(rates).update(
+        _states=states, _slow=np.zeros(1), _left=100, _run=run, _model=SimpleNamespace(v_names=("v.hinge",))
+    )
     jump = 0.5 * share / (1.0 - share)
     vars(rates).update(_way=lambda *_: np.ones(1), _next_velocities=lambda: step)
     vars(rates).update(_accelerations=lambda _, v: sign * (0.5 * v + jump * np.sign(v)))

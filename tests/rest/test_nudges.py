@@ -16,7 +16,8 @@ def nudged(monkeypatch: pytest.MonkeyPatch, stiffness: np.ndarray, rates: int = 
     """Return the change of configuration that leaves an equilibrium of a stiffness, None for none."""
     size = len(stiffness)
     point: Any = SimpleNamespace(
-        imbalance=np.zeros(size), rates=np.zeros(rates), stiffness=stiffness, stiffness_blocks=Blocks.of(stiffness),
+        imbalance=np.zeros(size), couplings=(np.zeros(0), np.ones(rates)), stiffness=stiffness,
+        stiffness_blocks=Blocks.of(stiffness),
         largest_stiffness=5.0, basis=np.eye(size), dual=np.eye(size),
     )  # fmt: skip  # a table
     monkeypatch.setattr(equilibrium_search, "move", lambda statics, point, change: change)

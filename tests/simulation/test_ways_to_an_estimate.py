@@ -111,6 +111,7 @@ def of_steps(steps: int, order: float = 2.0, **values: Any) -> Runs:
 
 
 HALF, LONGER = "runs at half and 2 times the step", "runs at 2 and 4 times the step"
+QUARTER = "runs at a quarter, half and 2 times the step"
 
 
 @pytest.mark.parametrize("order", [1.0, 2.0, 4.0])
@@ -136,8 +137,9 @@ def test_doubtful_longer_steps_ask_for_shorter_ones(values: dict[str, float], do
     runs = of_steps(int(values.get("span_steps", 1000)))
     runs.turn, runs.end = values.get("turn", 0.0), values.get("end", 1.0)
     runs.run.method.order = values.get("method_order", 2.0)
-    assert by_steps(runs).method == (HALF if doubtful else LONGER)
-    assert [multiple for multiple, _ in runs.asked] == [2.0, 4.0, 0.5][: 3 if doubtful else 2]
+    quarter = runs.run.method.order > 2.75  # half the step does not show the order either
+    assert by_steps(runs).method == (QUARTER if quarter else HALF if doubtful else LONGER)
+    assert [multiple for multiple, _ in runs.asked] == [2.0, 4.0, 0.5, 0.25][: 2 + doubtful + quarter]
 
 
 @pytest.mark.parametrize(("part", "doubtful"), [(-0.41, True), (-0.4, False), (0.4, False), (0.41, True)])
@@ -153,7 +155,8 @@ def test_an_order_by_chance_makes_longer_steps_doubtful(part: float, doubtful: b
         return found
 
     runs.apart = changed  # type: ignore[method-assign]
-    assert by_steps(runs).method == (HALF if doubtful else LONGER)
+    quarter = runs.run.method.order > 2.75  # half the step does not show the order either
+    assert by_steps(runs).method == (QUARTER if quarter else HALF if doubtful else LONGER)
 
 
 def test_longer_steps_that_do_not_hold_leave_the_shorter_ones() -> None:

@@ -33,7 +33,7 @@ def statics(force: Any, stiffness: Any, **others: Any) -> Statics:
     constraints."""
     none = np.zeros
     rates = others.get("rates", lambda q, z: none(0))
-    couplings = others.get("couplings", lambda q, z: (none((3, 0)), none((0, 3)), none((0, 0))))
+    couplings = others.get("couplings", lambda q, z: (none((3, 0)), *none((2, 0, 3)), none((0, 0))))
     return Statics(
         [Factor("R", "x", 0, 3, 0, 3)],
         np.ones(3, bool),
@@ -129,7 +129,7 @@ def test_a_linear_motion_is_an_exponential_and_its_error_the_bent_forces(rng: np
         lambda q, z: -COUPLING @ q - by_z @ z - WEIGHTS,
         lambda q: COUPLING,
         rates=lambda q, z: rate_q @ q + rate_z @ z + 1.0,
-        couplings=lambda q, z: (by_z, rate_q, rate_z),
+        couplings=lambda q, z: (by_z, rate_q, np.zeros((2, 3)), rate_z),
     )
     point, slower = examine(coupled, np.array([0.1, 0.2, -0.3]), np.array([0.5, -0.2])), 3.0
     motion = _linear(point, slower)

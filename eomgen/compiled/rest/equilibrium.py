@@ -286,7 +286,7 @@ def _skew(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint) -> bo
 def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint, v: Array, against: int) -> str:
     """Return the reason for which stiffness alone does not decide stability, as text; empty if it does. v are the
     driven velocities, ``against`` the number of directions of negative stiffness."""
-    if model.nz:
+    if any(map(np.any, point.couplings[1:])):
         return "internal states take part"
     if _skew(model, loaded, point):
         return "forces or moments that follow the motion, or moments about fixed axes, have no potential"
@@ -302,6 +302,10 @@ def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> t
     largest = point.largest_stiffness
     limit = max(1e2 * SOFT * largest, _no_stiffness(statics))
     values, vectors = point.stiffness_blocks.symmetric.lowest(limit)
+    if point.stiffness_blocks.skew > 1e-6 * largest:  # without a potential the symmetric part has no frequencies
+        squares, ways = np.linalg.eig(point.stiffness)
+        order = np.argsort(squares.real)
+        values, vectors = squares.real[order], ways.real[:, order[squares.real[order] <= limit]]
     directions = np.asarray(point.basis @ vectors)
     soft = np.abs(values[: vectors.shape[1]]) <= limit
     rest, mass = LoadedState(point.q, point.lam, point.z, 1.0), statics.mass(point.q)
@@ -372,7 +376,7 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
     def nonzeros(q: Array, lam: Array, z: Array) -> SparsePartials:
         key = b"".join(part.tobytes() for part in (q, lam, z))
         if not last or last[0][0] != key:
-            partials = sparse_partials(model, q, v, rest, z, lam, forces, of_velocities=False)
+            partials = sparse_partials(model, q, v, rest, z, lam, forces, of_velocities=model.nz > 0)
             last[:] = [(key, partials)]
         return last[0][1]
 
@@ -384,14 +388,13 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
     def stiffness(q: Array, lam: Array, z: Array) -> Matrix:
         return value("partials", q, z=z, lam=lam) if entire else nonzeros(q, lam, z).K
 
-    def couplings(q: Array, z: Array) -> tuple[Array, Array, Array]:
+    def couplings(q: Array, z: Array) -> tuple[Array, ...]:
         if not model.nz:
-            return np.zeros((model.nv, 0)), np.zeros((0, model.nv)), np.zeros((0, 0))
+            return np.zeros((model.nv, 0)), *np.zeros((2, 0, model.nv)), np.zeros((0, 0))
         if not entire:
             result = nonzeros(q, np.zeros(rows), z)
-            return whole(result.Rz), whole(result.Fq), whole(result.Fz)
-        by_z, rate_q, _, rate_z = terms("internal_partials", q=q, z=z, **still)
-        return by_z, rate_q, rate_z
+            return whole(result.Rz), whole(result.Fq), whole(result.Fv), whole(result.Fz)
+        return terms("internal_partials", q=q, z=z, **still)
 
     return Statics(
         factors=model.factors,

@@ -12,57 +12,67 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations, free_directions
 from eomgen.compiled.initial_state import InitialState
+from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.integrators.families.family import LinearTransitions
 from eomgen.integrators.families.register import Method
 from eomgen.lie import product
-from eomgen.lie.numeric import rotated, rotation_matrix
+from eomgen.lie.numeric import rotation_matrix
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose
-from eomgen.products.contacts import friction_laws, normal_laws
-from eomgen.products.contacts.laws import LOCAL_NAMES, rate_name
+from eomgen.products.contacts import friction_laws
+from eomgen.products.contacts.law import ContactForces
+from eomgen.products.contacts.laws import LOCAL_NAMES, rate_name, state_name
 from eomgen.products.contacts.pair import PairMotion
 from eomgen.products.contacts.section import Contact
-from eomgen.products.contacts.slip_laws import OF_FILE
 from eomgen.products.contacts.surfaces import FOLLOWER
 from eomgen.results.finding import Finding
+from eomgen.simulation.accuracy.step_path import StepPath
 from eomgen.simulation.stepping.run import Run
 from eomgen.symbolic.calculus.partials import gradient
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.scalar import Algebra, Scalar, apply, dot, plus
 from eomgen.symbolic.tape import Tape
 
-#: Kinds of symbols that have a value at a start; time has the empty name.
-_KNOWN = ("parameter", "input", "time")
 #: Time after which the gap is asked for again, s.
 _SOON = 1e-5
-#: Laws that a library keeps, by contact and parameters.
-_MOST_LAWS = 64
-#: Results of laws along the rows of ``_Pair.directions``, and the motions on which they depend.
+#: Laws that a library keeps, by contact and values of their keys; and pairs that act on one another, the stiffest.
+_MOST = 64
+#: Results of laws along and about the axes of a contact, and the motions on which they depend.
 _FORCES = ("force_x", "force_y", "force", "moment_x", "moment_y", "moment_z")
-_MOTIONS = tuple(name for name in LOCAL_NAMES if name not in ("deflection", "load", "camber"))
+_MOTIONS = tuple(name for name in LOCAL_NAMES if name not in ("deflection", "load"))
+_VELOCITIES = _MOTIONS[1:-3]
 
 
-class _Numbers:
-    """Formulas of parameters, inputs and time as constants on a tape, in place of the quantities of a scene. Raises
-    KeyError for other quantities."""
+class _Start:
+    """Formulas at a start as constants on a tape, in place of the quantities of a scene, and pairs between two bodies,
+    whose twists, (12,), are inputs of the tape. Raises KeyError for quantities that have no
+    value before the equations."""
 
-    def __init__(self, values: Mapping[str, float]) -> None:
-        self.algebra, self._values = Algebra(Tape()), values
+    def __init__(self, path: StepPath) -> None:
+        self.algebra, self.path = Algebra(Tape()), path
+        self.kinematics = SimpleNamespace(local=lambda _, position: (1, position))
+        self.local, self.state_numbers = dict[tuple[str, str], Scalar](), dict[str, int]()
+        self._inputs = [Scalar(self.algebra.tape, self.algebra.tape.input("twist", k)) for k in range(12)]
+
+    def input(self, _: str, index: int) -> Scalar:
+        return Scalar(self.algebra.tape, self.algebra.tape.input("local", index))
 
     def __call__(self, symbol: Symbol) -> Scalar:
-        return self.algebra.scalar(
-            self._values[symbol.name if symbol.kind in _KNOWN else f"{symbol.kind}.{symbol.name}"]
-        )
+        if (symbol.kind, symbol.name) in self.local:
+            return self.local[symbol.kind, symbol.name]
+        if not self.path.knows(symbol):
+            raise KeyError(symbol.name)
+        return self.algebra.scalar(float(self.path.values(symbol, self.path.at_rows)[0]))
 
     def formula(self, formula: Formula) -> Scalar:
         return record(self.algebra, formula, self)
@@ -70,67 +80,46 @@ class _Numbers:
     def vector(self, formulas: Any) -> Any:
         return self.algebra.vector([self.formula(item) for item in formulas])
 
+    def motion(self, item: Contact, poses: Mapping[str, Array]) -> PairMotion:
+        """Return the motion of a contact, by poses (7,) of the bodies that are not the base."""
+        algebra, frames, placed = self.algebra, list[FramePose](), {}
+        for link, frame in enumerate((item.first, item.second)):
+            pose = poses.get(frame.body, np.eye(1, 7)[0])
+            R = rotation_matrix(pose[:4])
+            placed[link] = algebra.matrix(R.tolist()), algebra.vector(pose[4:].tolist())
+            origin = plus(placed[link][1], apply(placed[link][0], self.vector(frame.position)))
+            frames.append(FramePose(link, algebra.matrix((R @ np.array(frame.orientation)).tolist()), origin))
+        twists = {k: (tuple(self._inputs[k : k + 3]), tuple(self._inputs[k + 3 : k + 6])) for k in (0, 6)}
+        known: Any = SimpleNamespace(pose=placed.__getitem__, twist=lambda link: twists[6 * link])
+        motion: Any = self
+        return PairMotion(motion, item, FramePair(known, frames[0], frames[1], *algebra.zero_vector))
 
-class _Bodies(NamedTuple):
-    """Poses of bodies, quaternion and origin by name, and their twists (nv, 6), angular first, for unit velocities."""
-
-    poses: Mapping[str, Array]
-    twists: Mapping[str, Array]
-    size: int
-
-    def motion(self, item: Contact, numbers: _Numbers) -> PairMotion:
-        """Return the geometry of a contact."""
-        algebra, frames = numbers.algebra, list[FramePose]()
-        for frame in (item.first, item.second):
-            pose = self.poses.get(frame.body, np.eye(1, 7)[0])
-            origin = rotated(pose[:4], _values(numbers.vector(frame.position))) + pose[4:]
-            axes = rotation_matrix(pose[:4]) @ np.array(frame.orientation)
-            frames.append(FramePose(0, algebra.matrix(axes.tolist()), algebra.vector(origin.tolist())))
-        pair = FramePair(None, frames[0], frames[1], *algebra.zero_vector)  # type: ignore[arg-type]  # held
-        return PairMotion(numbers, item, pair)  # type: ignore[arg-type]  # constants
-
-    def velocities(self, item: Contact, point: Array) -> tuple[Array, Array]:
-        """Return relative angular velocities of the bodies, and velocities at a point, (3, nv) each, for unit
-        velocities."""
-        turning, moving = np.zeros((2, self.size, 3))
-        for frame, sign in ((item.first, -1.0), (item.second, 1.0)):
-            if frame.body in self.poses:
-                R, twists = rotation_matrix(self.poses[frame.body][:4]), self.twists[frame.body]
-                turned = twists[:, :3] @ R.T
-                turning += sign * turned
-                moving += sign * (twists[:, 3:] @ R.T + np.cross(turned, point - self.poses[frame.body][4:]))
-        return turning.T, moving.T
+    def by_twists(self, scalars: Sequence[Scalar]) -> Array:
+        """Return the derivatives of velocities by the twists, (n, 12)."""
+        tape, inputs = self.algebra.tape, [item.ref for item in self._inputs]
+        slopes = [slope for scalar in scalars for slope in gradient(tape, scalar.ref, inputs)]
+        return evaluate(tape, slopes, {"twist": np.zeros(12)}).reshape(-1, 12)
 
 
 class _Laws:
     """Forces of a contact and rates of its internal states, as functions of ``_MOTIONS`` and ``states``, by name."""
 
-    def __init__(self, item: Contact, values: Mapping[str, float]) -> None:
-        self._name, numbers = item.name, _Numbers(values)
-        algebra, tape, zero = numbers.algebra, numbers.algebra.tape, numbers.algebra.zero
-        friction = None if item.tangential is None else friction_laws.LAWS[item.tangential.name]
-        self.states = [] if friction is None else [*friction.states]
+    def __init__(self, item: Contact, start: _Start) -> None:
+        friction, tape, zero = item.tangential, start.algebra.tape, start.algebra.zero
+        self.states = [] if friction is None else [*friction_laws.LAWS[friction.name].states]
         self._inputs = [*_MOTIONS, *self.states]
         known = {name: Scalar(tape, tape.input("local", k)) for k, name in enumerate(self._inputs)}
-        known |= {"deflection": algebra.call(Op.MAX, -known["gap"], zero), "camber": zero}
+        known |= {"overlap": -known["gap"], "deflection": start.algebra.call(Op.MAX, -known["gap"], zero)}
         known["depth"] = zero if item.shape == FOLLOWER else known["deflection"]
-        results, normal = dict.fromkeys(_FORCES, zero), normal_laws.LAWS.get(item.normal.name, OF_FILE)
-        for law, applied in ((normal, item.normal), (friction, item.tangential)):
-            if law is not None and applied is not None:
-                keys = {name: self._key(numbers, known, value) for name, value in applied.values.items()}
-                results |= law.record(algebra, {**known, **keys})
-                known["load"] = results["force"]
+        start.state_numbers = {state_name(item.name, state): len(_MOTIONS) + k for k, state in enumerate(self.states)}
+        start.local = {(of, item.name): known[name] for name, of in LOCAL_NAMES.items() if name in known}
+        motion: Any = SimpleNamespace(local=known, along_normal=known, steepness=start.algebra.one)
+        forces = ContactForces(start, item, motion)  # type: ignore[arg-type]  # a start in place of a scene
+        start.local["normal_force", item.name] = forces.normal["load"]
+        results = {**forces.normal, **forces.tangential}
         self._tape, self._results = tape, [results[name].ref for name in (*_FORCES, *map(rate_name, self.states))]
-        symbols = [known[name].ref for name in self._inputs]
-        self._slopes = [slope for result in self._results for slope in gradient(tape, result, symbols)]
-
-    def _key(self, numbers: _Numbers, known: Mapping[str, Scalar], formula: Formula) -> Scalar:
-        local = {of: known[name] for name, of in LOCAL_NAMES.items() if name in known}
-
-        def value(symbol: Symbol) -> Scalar:
-            return local[symbol.kind] if symbol.name == self._name and symbol.kind in local else numbers(symbol)
-
-        return record(numbers.algebra, formula, value)
+        inputs = [known[name].ref for name in self._inputs]
+        self._slopes = [slope for result in self._results for slope in gradient(tape, result, inputs)]
 
     def _at(self, refs: list[int], motions: Mapping[str, float | Array]) -> Array:
         columns = np.broadcast_arrays(*(motions.get(name, 0.0) for name in self._inputs))
@@ -151,47 +140,27 @@ class _Laws:
         return dict(zip(self._inputs, table.T, strict=True))
 
 
-class _Pair:
-    """A contact at a start.
+class _Closing(NamedTuple):
+    """A pair whose gap closes.
 
     Attributes
     ----------
-    gap : m
     directions : velocities along and about the axes of the contact, for unit velocities, (6, nv)
-    place : coordinates of the contact point in the first frame, m, by name
-    motions : the quantities of ``_MOTIONS`` that are velocities, for unit velocities, by name, (nv,) each
+    motions : of ``_VELOCITIES`` by ``directions``, (n, 6)
+    resting, sliding : motions at rest on the surface, and in the slip of the start
+    impact, rate : deflection at the impact, m, and its rate, m/s, 0 for a pair that is closed
+    frequency : angular frequency of the impact, 1/s
     """
 
-    def __init__(self, item: Contact, laws: _Laws, bodies: _Bodies, values: Mapping[str, float]) -> None:
-        self.name, self.laws, geometry = item.name, laws, bodies.motion(item, _Numbers(values))
-        self.gap = _values([geometry.gap])[0]
-        self.place = {f"contact_{axis}": float(_values([value])[0]) for axis, value in geometry.place.items()}
-        turning, moving = bodies.velocities(item, _values(geometry.point))
-        at_centre = bodies.velocities(item, _values(geometry.pair.second.origin))[1]
-        axes = np.array([_values(axis) for axis in (*geometry.tangents, geometry.normal)])
-        self.directions = np.concatenate([axes @ moving, axes @ turning])
-        self.motions = {
-            **dict(zip(("slip_velocity_x", "slip_velocity_y", "rate"), axes @ moving, strict=True)),
-            **dict(zip(("velocity_x", "velocity_y"), axes @ at_centre, strict=False)),
-            **{"spin": axes[2] @ turning, "wheel_speed": _values(geometry.axis) @ turning},
-        }
-
-
-def _values(scalars: Any) -> Array:
-    """Return the numbers of constants."""
-    return np.array([math.nan if scalar.constant is None else scalar.constant for scalar in scalars])
-
-
-class _Closing(NamedTuple):
-    """A pair whose gap closes: motions at rest on the surface and in the slip of the start; the deflection at the
-    impact, m, its rate, m/s, 0 for a pair that is closed, and the acceleration that closes the gap, m/s^2."""
-
-    pair: _Pair
+    name: str
+    laws: _Laws
+    directions: Array
+    motions: Array
     resting: Mapping[str, float]
     sliding: Mapping[str, float]
     impact: float
     rate: float
-    pull: float
+    frequency: float
 
 
 class ClosedContacts:
@@ -199,89 +168,113 @@ class ClosedContacts:
 
     def __init__(self, run: Run, state: InitialState, items: Sequence[Contact]) -> None:
         self._run, model, p, t = run, run.model, run.parameters, run.grid.start
-        values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
         units = np.concatenate([np.zeros((1, model.nv)), np.eye(model.nv)])
         twists = np.moveaxis(model.evaluate("twists", state.q, units, t=t, parameters=p)["twist"], -2, 0)
-        moving = {name: twist[1:] - twist[0] for name, twist in zip(model.bodies, twists, strict=True)}
+        moving = {name: (twist[1:] - twist[0]).T for name, twist in zip(model.bodies, twists, strict=True)}
         basis = free_directions(model, state.q, t, p)
-        M = basis.T @ model.mass(state.q, parameters=p) @ basis
-        self._mobility = basis @ np.linalg.solve(M, basis.T)
+        self._mobility = basis @ np.linalg.solve(basis.T @ model.mass(state.q, parameters=p) @ basis, basis.T)
         self._v, u = state.v, run.signals.rows(np.array([t]))[0] if run.takes_rows else None
-        values |= {"": t, **dict(zip(run.signals.names, [] if u is None else u.tolist(), strict=False))}
         a = accelerations(model, state.q, state.v, t, u, z=state.z, parameters=p)
-        ways = np.array([_SOON * (sign * state.v + 0.5 * _SOON * a) for sign in (0.0, 1.0, -1.0)])
-        ways[0] = 0.0
+        none = np.zeros(len(model.multipliers))
+        path = StepPath(run, np.concatenate([[t], state.q, state.v, a, none, state.z])[np.newaxis], p)
+        ways = np.array([0.0 * a, *(_SOON * (sign * state.v + 0.5 * _SOON * a) for sign in (1.0, -1.0))])
         places = product.update(model.factors, np.repeat(state.q[np.newaxis], 3, axis=0), ways)
         poses = model.evaluate("poses", places, t=t, parameters=p)["pose"]
-        here, *near = (_Bodies(dict(zip(model.bodies, pose, strict=True)), moving, model.nv) for pose in poses)
-        kept: dict[tuple[str, bytes], _Laws] = run.model.library.kept.setdefault("laws of contacts", {})
-        if len(kept) > _MOST_LAWS:
-            kept.clear()
-        self._closing = []
+        known = [dict(zip(model.bodies, pose, strict=True)) for pose in poses]
+        kept: dict[object, _Laws] = run.model.library.kept.setdefault("laws of contacts", {})
+        closing = []
         for item in items:
             try:
-                if (key := (item.name, np.array([*values.values()]).tobytes())) not in kept:
-                    kept[key] = _Laws(item, values)
-                pair = _Pair(item, kept[key], here, values)
-                gaps = [_values([bodies.motion(item, _Numbers(values)).gap])[0] for bodies in near]
-            except (KeyError, ZeroDivisionError):  # a formula of positions or velocities; no single closest point
+                start = _Start(path)
+                laws = self._laws(item, start, kept)
+                here, *near = (start.motion(item, poses) for poses in known)
+                curvature = 2.0 * _gap(here) - sum(map(_gap, near))
+                fixed = np.zeros((6, model.nv))
+                both = np.concatenate([moving.get(frame.body, fixed) for frame in (item.first, item.second)])
+                if (
+                    pair := self._closing_of(item.name, laws, here, start.by_twists, both, curvature / _SOON**2)
+                ) is not None:
+                    closing.append(pair)
+            except (KeyError, ZeroDivisionError):  # a formula without a value before the equations; no closest point
                 continue
-            pull = (2.0 * pair.gap - sum(gaps)) / _SOON**2
-            if (closing := self._closing_of(pair, float(pull))) is not None:
-                self._closing.append(closing)
+        self._closing = sorted(closing, key=lambda pair: pair.frequency)[-_MOST:]
 
-    def _closing_of(self, pair: _Pair, pull: float) -> _Closing | None:
-        normal, span = pair.directions[2], self._run.grid.end - self._run.grid.start
-        rate, gap = float(normal @ self._v), max(float(pair.gap), 0.0)
+    @staticmethod
+    def _laws(item: Contact, start: _Start, kept: dict[object, _Laws]) -> _Laws:
+        """Return the laws of a contact, recorded once for each set of values of their keys."""
+        if len(kept) > _MOST:
+            kept.clear()
+        named = {symbol for formula, _ in item.formulas() for symbol in symbols(formula) if symbol.name != item.name}
+        key = item.name, tuple(sorted((str(symbol), start(symbol).constant) for symbol in named))
+        if key not in kept:
+            kept[key] = _Laws(item, _Start(start.path))
+        return kept[key]
+
+    def _closing_of(
+        self, name: str, laws: _Laws, pair: PairMotion, by_twists: Callable[..., Array], twists: Array, pull: float
+    ) -> _Closing | None:
+        axes, local = (*pair.tangents, pair.normal), pair.local
+        directions = by_twists([dot(axis, way) for way in (pair.slip, pair.turning) for axis in axes]) @ twists
+        motions = by_twists([local[name] for name in _VELOCITIES]) @ twists
+        normal, span = directions[2], self._run.grid.end - self._run.grid.start
+        rate, gap = float(normal @ self._v), max(_gap(pair), 0.0)
         mobility, square = float(normal @ self._mobility @ normal), rate * rate + 2.0 * pull * gap
         if not mobility > 0.0 or not square >= 0.0 or (gap and max(pull, -rate) <= 0.0):
             return None
         if gap and 2.0 * gap > (math.sqrt(square) - rate) * (span or math.inf):
             return None
-        depths = max(-pair.gap, 0.0) + np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 400)])
-        loads = pair.laws.loads(depths)
+        depths = max(-_gap(pair), 0.0) + np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 400)])
+        loads = laws.loads(depths)
         at_rest = max(pull / mobility + loads[0], 0.0)
         work = np.concatenate([[0.0], np.cumsum(0.5 * (loads[1:] + loads[:-1]) * np.diff(depths))])
         reached = np.flatnonzero(0.5 * square / mobility + at_rest * (depths - depths[0]) >= work)
-        sliding = {name: float(row @ self._v) for name, row in pair.motions.items()}
-        sliding |= pair.place | {"gap": -float(np.interp(at_rest, np.maximum.accumulate(loads), depths)), "rate": 0.0}
+        sliding = dict(zip(_VELOCITIES, (motions @ self._v).tolist(), strict=True))
+        fixed = {"camber": local["camber"], **{f"contact_{axis}": value for axis, value in pair.place.items()}}
+        sliding |= {name: float(value.constant or 0.0) for name, value in fixed.items()}
+        sliding |= {"gap": -float(np.interp(at_rest, np.maximum.accumulate(loads), depths)), "rate": 0.0}
         resting = sliding | dict.fromkeys(("slip_velocity_x", "slip_velocity_y"), 0.0)
-        return _Closing(pair, resting, sliding, float(depths[reached[-1]]), math.sqrt(square) if gap else 0.0, pull)
+        impact, rate = float(depths[reached[-1]]), math.sqrt(square) if gap else 0.0
+        slopes = laws.slopes({"gap": -impact})
+        stiffness, damping = (-mobility * slopes[name][2] for name in ("gap", "rate"))
+        frequency = math.sqrt(max(stiffness - 0.25 * damping * damping, 0.0))
+        frequency = frequency if frequency * rate > pull else 0.0  # no oscillation above its load
+        own = motions @ np.linalg.pinv(directions)
+        return _Closing(name, laws, directions, own, resting, sliding, impact, rate, frequency)
 
-    def _spectrum(
-        self, points: Sequence[tuple[_Pair, Mapping[str, float]]], *, friction: bool
-    ) -> tuple[NDArray[Any], str]:
-        """Return the eigenvalues, 1/s, of pairs that are closed, each at its motions, with or without friction, and the
-        name of the stiffest pair."""
-        nv, counts = len(self._v), [len(pair.laws.states) if friction else 0 for pair, _ in points]
-        matrix, first, sizes = np.zeros((2 * nv + sum(counts), 2 * nv + sum(counts))), 2 * nv, []
-        matrix[:nv, nv : 2 * nv] = np.eye(nv)
-        acting = slice(0, 6) if friction else slice(2, 3)
-        for (pair, motions), count in zip(points, counts, strict=True):
-            slopes, own = pair.laws.slopes(motions), slice(first, first + count)
+    def _spectrum(self, *, friction: bool) -> tuple[Array, str]:
+        """Return the eigenvalues, 1/s, of pairs that are closed, at rest with friction or at the impact without, in
+        their own directions, and the name of the stiffest pair."""
+        pairs, counts = self._closing, [len(pair.laws.states) if friction else 0 for pair in self._closing]
+        every = np.concatenate([pair.directions for pair in pairs])
+        moved, n = every @ self._mobility @ every.T, len(every)
+        matrix, forces, sizes = np.zeros((2 * n + sum(counts),) * 2), np.zeros((n, 2 * n + sum(counts))), []
+        matrix[:n, n : 2 * n], first = np.eye(n), 2 * n
+        for k, (pair, count) in enumerate(zip(pairs, counts, strict=True)):
+            slopes = pair.laws.slopes(pair.resting if friction else {"gap": -pair.impact})
             rows = np.zeros((6 + len(pair.laws.states), len(matrix)))
-            rows[:, :nv] = np.outer(slopes["gap"], pair.directions[2])
-            rows[:, nv : 2 * nv] = sum(np.outer(slopes[name], row) for name, row in pair.motions.items())
-            for place, name in enumerate(pair.laws.states[:count]):
-                rows[:, first + place] = slopes[name]
-            moved = self._mobility @ pair.directions[acting].T @ rows[acting]
-            matrix[nv : 2 * nv] += moved
-            matrix[own] = rows[6 : 6 + count]
-            sizes.append(float(np.linalg.norm(moved)))
+            rows[:, 6 * k + 2] = slopes["gap"]
+            rows[:, n + 6 * k : n + 6 * k + 6] = np.stack([slopes[name] for name in _VELOCITIES], axis=1) @ pair.motions
+            for place, state in enumerate(pair.laws.states[:count]):
+                rows[:, first + place] = slopes[state]
+            acting = slice(0, 6) if friction else slice(2, 3)
+            forces[6 * k : 6 * k + 6][acting] = rows[:6][acting]
+            matrix[first : first + count] = rows[6 : 6 + count]
+            sizes.append(float(np.linalg.norm(moved[:, 6 * k : 6 * k + 6] @ forces[6 * k : 6 * k + 6])))
             first += count
+        matrix[n : 2 * n] = moved @ forces
         values = np.linalg.eigvals(matrix) if np.all(np.isfinite(matrix)) else np.zeros(0)
-        return values, points[int(np.argmax(sizes))][0].name
+        return np.asarray(values), pairs[int(np.argmax(sizes))].name
 
-    def _states_in_sliding(self, closing: _Closing) -> NDArray[Any]:
+    def _states_in_sliding(self, pair: _Closing) -> Array:
         """Return the eigenvalues, 1/s, of internal states that follow the slip of the start."""
-        pair, begun = closing.pair, closing.pair.laws.rates(closing.sliding)
+        laws, begun = pair.laws, pair.laws.rates(pair.sliding)
         if not begun.any():
             return np.zeros(0)
         paths = np.geomspace(1e-9, 1e3, 400)[:, np.newaxis] * begun
-        along = pair.laws.rates({**closing.sliding, **dict(zip(pair.laws.states, paths.T, strict=True))}) @ begun
+        along = laws.rates({**pair.sliding, **dict(zip(laws.states, paths.T, strict=True))}) @ begun
         reached = paths[np.flatnonzero(along > 1e-3 * begun @ begun)[-1]]
-        slopes = pair.laws.slopes({**closing.sliding, **dict(zip(pair.laws.states, reached.tolist(), strict=True))})
-        return np.linalg.eigvals(np.array([slopes[name][6:] for name in pair.laws.states]).T)
+        slopes = laws.slopes({**pair.sliding, **dict(zip(laws.states, reached.tolist(), strict=True))})
+        return np.linalg.eigvals(np.array([slopes[name][6:] for name in laws.states]).T)
 
     def findings(self, unresolved: float, steady: float) -> Iterator[Finding]:
         """Yield a finding on the fastest motion in which explicit steps grow by more than ``steady``, else on the
@@ -289,12 +282,10 @@ class ClosedContacts:
         if not self._closing:
             return
         step, growth = self._run.settings["step"], _growth(self._run.method)
-        deepest = [(item.pair, {"gap": -item.impact}) for item in self._closing]
-        at_rest = [(item.pair, item.resting) for item in self._closing]
         spectra = [
-            ("normal force", *self._spectrum(deepest, friction=False)),
-            ("friction", *self._spectrum(at_rest, friction=True)),
-            *(("friction", self._states_in_sliding(item), item.pair.name) for item in self._closing),
+            ("normal force", *self._spectrum(friction=False)),
+            ("friction", *self._spectrum(friction=True)),
+            *(("friction", self._states_in_sliding(pair), pair.name) for pair in self._closing),
         ]
         every = [(abs(value), value, law, name) for law, values, name in spectra for value in values]
         if growing := [item for item in every if growth(step * item[1]) > steady]:
@@ -306,20 +297,16 @@ class ClosedContacts:
             hint = f"a step below {stable:.2g} s, or generalized_alpha"
             yield Finding(value=float(size), text=f"{text}, which has a rate of {size:.3g} 1/s", hint=hint)
             return
-        impacts = [(*self._impact(item), item.pair.name) for item in self._closing if item.rate]
-        frequency, rate, name = max(impacts, default=(0.0, 0.0, ""))
-        if step * frequency > unresolved:
+        frequency, rate, name = max((item.frequency, item.rate, item.name) for item in self._closing)
+        if step * frequency > unresolved and rate:
             lasting = math.pi / frequency
             text = f"steps of {step:.3g} s do not resolve the impact at the contact {name} with {rate:.3g} m/s, which"
             hint = f"a step below {0.1 * lasting:.2g} s"
             yield Finding(value=frequency, text=f"{text} lasts {lasting:.2g} s", hint=hint)
 
-    def _impact(self, closing: _Closing) -> tuple[float, float]:
-        """Return angular frequency, 1/s, and rate, m/s, of an impact; 0 without an oscillation above its load."""
-        slopes, normal = closing.pair.laws.slopes({"gap": -closing.impact}), closing.pair.directions[2]
-        stiffness, damping = (-(normal @ self._mobility @ normal) * slopes[name][2] for name in ("gap", "rate"))
-        frequency = math.sqrt(max(stiffness - 0.25 * damping * damping, 0.0))
-        return (frequency if frequency * closing.rate > closing.pull else 0.0), closing.rate
+
+def _gap(pair: PairMotion) -> float:
+    return math.nan if pair.gap.constant is None else pair.gap.constant
 
 
 def _growth(method: Method) -> Callable[[complex], float]:

@@ -23,11 +23,10 @@ _RESULTS = ("force_x", "force_y", *OF_LAWS)
 
 
 class ContactForces:
-    """Motion and forces of a contact on the tape, each recorded at the first use."""
+    """Forces of a contact in a motion on the tape, each recorded at the first use."""
 
-    def __init__(self, quantities: Quantities, item: Contact) -> None:
-        self._quantities, self._item = quantities, item
-        self.motion = PairMotion(quantities, item, frame_pair(quantities, item.first, item.second))
+    def __init__(self, quantities: Quantities, item: Contact, motion: PairMotion) -> None:
+        self._quantities, self._item, self.motion = quantities, item, motion
 
     def _record(
         self, law: ContactLaw, applied: AppliedLaw, names: str, more: Mapping[str, Scalar]
@@ -70,7 +69,8 @@ def contact_forces(quantities: Quantities, item: Contact) -> ContactForces:
     known: dict[object, ContactForces] = quantities.recorded
     key = item.section, item.name, item.elastic
     if key not in known:
-        known[key] = ContactForces(quantities, item)
+        motion = PairMotion(quantities, item, frame_pair(quantities, item.first, item.second))
+        known[key] = ContactForces(quantities, item, motion)
     return known[key]
 
 

@@ -13,8 +13,8 @@ from eomgen.simulation.stepping.run import Run
 
 UNRESOLVED = Limit(1.0, "1", "step times angular frequency of an impact", "three steps to an impact")
 GROWTH = Limit(0.1, "1", "growth of explicit steps in one radian of a contact's motion", "a factor of 2 in a period")
-#: Larger scenes are left out: the time grows with the cube.
-_MOST_VELOCITIES = 200
+#: Larger scenes are left out: the time of the inertia grows with the cube.
+_MOST_VELOCITIES = 1000
 
 
 def contacts_of(run: Run) -> list[Any]:

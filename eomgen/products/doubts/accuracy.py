@@ -16,7 +16,7 @@ from eomgen.integrators.families.register import Method
 from eomgen.products.doubts.momentum import REPORTED_MOMENTUM, momentum_drift
 from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import Finding
-from eomgen.simulation.accuracy.motion_size import REST, reach_at_work
+from eomgen.simulation.accuracy.motion_size import REST, at_work
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
 from eomgen.simulation.judgement.singular_positions import NEARLY, SingularPosition, examined_rows, nearest
@@ -76,8 +76,8 @@ def _hidden_components(run: FinishedRun, q: Array, z: Array) -> list[UnresolvedC
     ]
     if not large:
         return []
-    reach = reach_at_work(run.run, run.trajectory.rows, run.present)
-    reach = np.concatenate([reach, np.abs(z).max(axis=0)])
+    work = at_work(run.run, run.trajectory.rows, run.present)
+    reach = np.concatenate([work.ways, work.states])
     return [
         UnresolvedComponent(name, travel, by, "" if unit in ("", "1") else f" {unit}")
         for name, travel, by, unit, column in large

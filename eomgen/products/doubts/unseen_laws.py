@@ -224,9 +224,10 @@ class _Examination:
         split = np.searchsorted(ends, self._t[:-1] + near) < np.searchsorted(ends, self._t[1:] - near)
         self._split: NDArray[np.bool_] = np.asarray(split)
         _, self._whole = whole_steps(self._t, changes, breaks)
-        size = motion_size(self._model, path.rows, {}, work=at_work(path.run, path.rows, path.parameters)).sizes
+        size = motion_size(self._model, path.rows, {}, work=at_work(path.run, path.rows, path.parameters))
+        self._still = size.still
         sampled = np.array([state.sampling is not None for state in self._model.description.states], dtype=bool)
-        self._sizes = np.concatenate([size["v"], np.where(sampled, np.inf, size["z"])])
+        self._sizes = np.concatenate([size.sizes["v"], np.where(sampled, np.inf, size.sizes["z"])])
         self._left_out = np.concatenate([np.zeros(self._model.nv, dtype=bool), sampled])
 
     # -- steps with nonlinear laws ---------------------------------------------------------------------------------
@@ -298,7 +299,7 @@ class _Examination:
         if self._path.run.method.chooses_steps:  # whose rows lie within steps, so forces at rows need not act there
             chosen = _without_gaps(chosen)
         law = self._judge(chosen, share)
-        if law is None and self._aliased and not self._path.run.method.chooses_steps:
+        if law is None and self._aliased and not (self._still or self._path.run.method.chooses_steps):
             # comparison runs are aliased as well, so that the stated error leaves these forces out; sums of successive
             # steps only: phases change from step to step
             error = self._finished.error

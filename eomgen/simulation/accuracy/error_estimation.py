@@ -55,6 +55,7 @@ _PRIME_PARTS = (3, 5)
 _QUARTERS = (2, 4)
 #: Ratio of the parts of steps that a run at shorter steps may take to the parts of the run itself.
 _MOST_PARTS = 16.0
+_HALF = "runs at half and 2 times the step"
 #: Powers of the smaller tolerance, tried in turn if jumps, samples and rows of inputs bound steps.
 _SMALLER = (1, 4, 8)
 
@@ -152,7 +153,8 @@ def _by_tolerance(runs: ComparisonRuns) -> ErrorEstimate:
         apart = runs.apart(runs.own, result)
         if multiple >= 0.5 and runs.same(apart) and (bound or runs.same_count(result)):
             continue
-        shorter = f" and {_part(multiple)} the step" if multiple < 1.0 else ""
+        part = "half" if multiple == 0.5 else f"1/{1.0 / multiple:.0f} of"
+        shorter = f" and {part} the step" if multiple < 1.0 else ""
         pair = Pair(apart, partial(_fixed_gain, gain_of(power)), f"a run at a tolerance of {tolerance:.2g}{shorter}")
         return replace(estimate(runs, pair, math.nan), passed_over=_passed_over(runs, result))
     if result.stopped:
@@ -197,10 +199,6 @@ def _largest_step(runs: ComparisonRuns) -> float:
     return float(runs.own.statistics.get("largest_step", runs.step))
 
 
-def _part(multiple: float) -> str:
-    return "half" if multiple == 0.5 else f"1/{1.0 / multiple:.0f} of"
-
-
 def _fixed_gain(gain: float, order: float) -> Array:
     return np.full((1, 1), gain)
 
@@ -216,7 +214,7 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates]) -> ErrorE
         return _by_shorter_steps(runs, order)
     twice = runs.at(multiple=2.0)
     jumps, resolved = _laws_within_steps(runs, rates)
-    if jumps and (result := _by_prime_parts(runs, twice)):
+    if jumps and (result := _by_prime_parts(runs)):
         return result
     result, near, far, suffices = _by_longer_steps(runs, twice, order, resolved=resolved)
     if result is not None and suffices:
@@ -234,13 +232,23 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates]) -> ErrorE
     del result  # large scenes have large motions
     if half.equal:
         return _by_much_shorter_steps(runs, order)
-    apart, words = half.apart, "runs at half and 2 times the step"
-    pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
     if rounding:  # which grows towards shorter steps, and of which two runs may have as much
-        both = _largest_of([(near, 1.0), (apart, 1.0)])
-        pair = Pair(both, partial(_fixed_gain, 1.0), words, near, far, _refinement(runs, (1, 2, 4)))
+        both = _largest_of([(near, 1.0), (half.apart, 1.0)])
+        pair = Pair(both, partial(_fixed_gain, 1.0), _HALF, near, far, _refinement(runs, (1, 2, 4)))
+    else:
+        pair = _shorter_pair(runs, half.apart, near, order)
     result = replace(estimate(runs, pair, order), passed_over=half.passed_over)
     return result if resolved else _with_first_rows(runs, result, order)
+
+
+def _shorter_pair(runs: ComparisonRuns, apart: MotionDifference, near: MotionDifference, order: float) -> Pair:
+    """Return the pair of the run and a run at half the step; if that one may be as far off as the run, since it does
+    not show the method's order either, the pair of the run and a run at a quarter."""
+    pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), _HALF, apart, near, _refinement(runs, (0.5, 1, 2)))
+    if keep_order(runs, apart, near, order, pair.refinement) or not (quarter := _comparison(runs, 0.25)).complete:
+        return pair
+    gain = gain_by(runs.ratio(0.25, quarter.apart.t))
+    return pair._replace(apart=quarter.apart, gain=gain, words="runs at a quarter, half and 2 times the step")
 
 
 def _by_longer_steps(
@@ -333,30 +341,25 @@ def _with_first_rows(runs: ComparisonRuns, result: ErrorEstimate, order: float) 
     return replace(result, **joined, **largest, relative=relative, outputs_at=NamedResults("output", outputs))
 
 
-def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimate | None:
-    """Estimate errors as the largest of the estimates by runs at a third, a fifth and twice the step; None if a run at
-    shorter steps does not hold.
+def _by_prime_parts(runs: ComparisonRuns) -> ErrorEstimate | None:
+    """Estimate errors as the larger of the estimates by runs at a third and a fifth of the step; None if one of these
+    does not hold.
 
     The error of a step that crosses a jump of a force is of first order, with a factor that depends on the place of the
     jump in the step. Two runs may agree by chance, most often if the steps of one run are multiples of the steps of the
     other run.
     """
     order = float(runs.run.method.order)
-    differing, shorter, passed_over = [], [], ""
-    if _is_complete(twice):
-        differing.append((runs.apart(runs.own, twice), gain_of(order)))
-    for parts in _PRIME_PARTS:
-        shorter.append(runs.at(multiple=1.0 / parts))
-        if not _is_complete(shorter[-1]):
-            return None
-        apart = runs.apart(runs.own, shorter[-1])
-        differing.append((apart, gain_of(-math.log2(parts))))
-        passed_over = _passed_over(runs, shorter[-1])
+    shorter = [runs.at(multiple=1.0 / parts) for parts in _PRIME_PARTS]
+    if not all(map(_is_complete, shorter)):
+        return None
+    gains = [gain_of(-math.log2(parts)) for parts in _PRIME_PARTS]
+    differing = [(runs.apart(runs.own, motion), gain) for motion, gain in zip(shorter, gains, strict=True)]
     words = f"runs at {' and '.join(f'1/{parts}' for parts in _PRIME_PARTS)} of the step"
     far, near = differing[-2][0], runs.apart(*shorter)
     refinement = _refinement(runs, (1.0 / _PRIME_PARTS[1], 1.0 / _PRIME_PARTS[0], 1.0))
     pair = Pair(_largest_of(differing), partial(_fixed_gain, 1.0), words, near, far, refinement)
-    return replace(estimate(runs, pair, order), passed_over=passed_over)
+    return replace(estimate(runs, pair, order), passed_over=_passed_over(runs, shorter[-1]))
 
 
 def _largest_of(differing: Sequence[tuple[MotionDifference, float]]) -> MotionDifference:

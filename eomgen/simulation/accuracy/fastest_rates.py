@@ -34,7 +34,7 @@ from eomgen.base.limits import Limit
 from eomgen.compiled.constraints import NEEDED
 from eomgen.compiled.equations import accelerations, free_directions, has_residual_partials, residual_partials
 from eomgen.errors import EomgenError
-from eomgen.simulation.accuracy.motion_size import ROWS, reach_of
+from eomgen.simulation.accuracy.motion_size import REST, ROWS, reach_of
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import States, states_of
 
@@ -97,6 +97,8 @@ class _RateSearch:
         self._run, self._model = run, run.model
         self._states: States = states_of(rows, run.model, views=True)
         self._p = parameters
+        #: Velocities that go as far as the coordinates in the run.
+        self._slow = reach_of(self._model, self._states.q) / float(np.ptp(self._states.t))
         # half as many evaluations as the run has steps
         self._left = max(int(0.5 * (rows[-1, 0] - rows[0, 0]) / run.settings["step"]), 2 * (_HALVINGS + 2))
 
@@ -169,8 +171,8 @@ class _RateSearch:
     def _within(self, step: int, column: int) -> tuple[Rate, Rate, Rate]:
         """Return three rates of the slope of one acceleration over its velocity, within the step after row `step`.
         These are the decay to a level that holds the velocity, the growth if the acceleration has both signs, and the
-        steepest slope of either sign. All are 0 if the budget is spent, if the velocity is held by constraints, or if
-        the slope is as steep at both ends."""
+        steepest slope of either sign. All are 0 if the budget is spent, if the velocity is held by constraints,
+        if changes are rounding, or if the slope is as steep at both ends."""
         none, v = Rate(), self._states.v
         if self._left < _HALVINGS:
             return none, none, none
@@ -184,15 +186,14 @@ class _RateSearch:
         there = v[step] + (levels - ends[0])[:, np.newaxis] * way
         a = self._accelerations(step, there)[:, column]
         change = np.diff(a)
-        noticed = np.abs(change) > 1e-9 * np.abs(a).max()
-        slopes = np.where(noticed, change / np.diff(levels), 0.0)
         h = self._run.settings["step"]
+        least = max(np.abs(a).max(), max(*map(abs, ends), self._slow[column]) / h)
+        slopes = np.where(np.abs(change) > REST * least, change / np.diff(levels), 0.0)
         if not np.all(np.isfinite(slopes)) or np.abs(slopes[[0, -1]]).min() * h > 1.0:
             return none, none, none  # as steep outside: no law ends within the step
         time, name = float(self._states.t[step + 1]), self._model.v_names[column]
         span = float(np.sum(np.abs(change)))
-        steep = {sign: sign * slopes * h > 1.0 for sign in (1.0, -1.0)}
-        parts = {sign: float(np.sum(np.abs(change[where]))) for sign, where in steep.items()}
+        parts = {sign: float(np.sum(np.abs(change[sign * slopes * h > 1.0]))) for sign in (1.0, -1.0)}
         rise = float(slopes.max()) if parts[1.0] > STEEP_PART * span else 0.0
         decay = float(-slopes.min()) if parts[-1.0] > STEEP_PART * span else 0.0
         holds = a[0] > 0.0 > a[-1]
@@ -262,8 +263,8 @@ class _RateSearch:
     def _differences(self, row: int, basis: Array) -> Array:
         v = self._states.v[row]
         fastest = np.abs(self._states.v).max(axis=0)
-        reach = reach_of(self._model, self._states.q) / float(np.ptp(self._states.t))
-        sizes = _HALF_OF_DIGITS * (np.where(fastest > 0.0, fastest, np.where(reach > 0.0, reach, 1.0)) @ np.abs(basis))
+        slow = np.where(self._slow > 0.0, self._slow, 1.0)
+        sizes = _HALF_OF_DIGITS * (np.where(fastest > 0.0, fastest, slow) @ np.abs(basis))
         ways = sizes[:, np.newaxis] * basis.T
         both = self._accelerations(row, np.concatenate([v + ways, v - ways]))
         slopes = (both[: len(ways)] - both[len(ways) :]) / (2.0 * sizes[:, np.newaxis])

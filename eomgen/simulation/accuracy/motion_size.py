@@ -23,7 +23,7 @@ from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate
 from eomgen.lie import product
 from eomgen.lie.product import Factor
-from eomgen.simulation.stepping.states import states_of
+from eomgen.simulation.stepping.states import States, states_of
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -196,28 +196,34 @@ class Extent(NamedTuple):
 
     Attributes
     ----------
-    rates : (nv,), the velocity of each component that alone has the largest kinetic energy of the run
+    ways : (nv,), the reach of each component, or its way in the run at the velocity that alone has the largest kinetic
+        energy of the run, if that is longer
+    states : (nz,), the largest internal states, or the response of their rates to the ways, if that is larger
     duration : s
     forces : the largest force by unit, N or N m: on a component that alone has the accelerations of the run, in the
-        metric of kinetic energy
+        metric of kinetic energy; and gravity, m/s^2
     fall : m, of a free fall over the run: weights in balance leave rounding of it
     """
 
-    rates: Array
+    ways: Array
+    states: Array
     duration: float
     forces: Mapping[str, float]
     fall: float
 
 
-def at_work(run: Run, rows: Array, parameters: Array) -> Extent | None:
-    """Return motion and forces at work in a run, by some of its rows; None if runs of the model have no inertia matrix.
+def at_work(run: Run, rows: Array, parameters: Array) -> Extent:
+    """Return motion and forces at work in a run, by some of its rows. Without an inertia matrix only the reach is
+    known.
 
     A part that rests by symmetry, or between forces in balance, moves by their rounding. Its own range is not a scale
-    of rounding; the range that the energy at work could give it is one, in the units of the component.
+    of rounding; the range that the energy at work could give it is one, in the units of the component. An internal
+    state moves with the coordinates, by the partials of its rate.
     """
-    model = run.model
+    model, whole = run.model, columns_of(run.model, rows)
+    reach = Extent(reach_of(model, whole["q"]), _largest(whole["z"]), math.inf, {}, 0.0)
     if not model.nv or not model.functions.for_runs("mass"):
-        return None
+        return reach
     every = max(1, len(rows) // ROWS)
     states = states_of(rows[::every], model, views=True)
     try:
@@ -227,18 +233,32 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Extent | None:
             motion = np.stack([states.v, states.a], axis=2)
             moving, accelerating = (motion * (mass @ motion)).sum(axis=1).max(axis=0).tolist()
             diagonal = np.diagonal(mass, axis1=1, axis2=2).max(axis=0)
-            rates: Array = np.sqrt(moving / diagonal)
             loads = np.sqrt(accelerating * diagonal)
-    except EomgenError:
-        return None
-    forces: dict[str, float] = {}
+            duration = float(rows[-1, 0] - rows[0, 0])
+            ways = np.fmax(reach.ways, duration * np.nan_to_num(np.sqrt(moving / diagonal), posinf=0.0))
+            responses = _responses(run, states, held, ways, duration)
+    except (EomgenError, np.linalg.LinAlgError):
+        return reach
+    values = {item.name: item.value for item in model.description.parameters}
+    gravity = math.hypot(*(evaluate(entry, lambda symbol: values[symbol.name]) for entry in model.description.gravity))
+    forces = {"m/s^2": gravity}
     for unit, load in zip(model.v_units, loads.tolist(), strict=True):
         if (dual := _DUAL.get(unit)) and math.isfinite(load):
             forces[dual] = max(forces.get(dual, 0.0), load)
-    duration = float(rows[-1, 0] - rows[0, 0])
-    values = {item.name: item.value for item in model.description.parameters}
-    gravity = [evaluate(entry, lambda symbol: values[symbol.name]) for entry in model.description.gravity]
-    return Extent(np.where(np.isfinite(rates), rates, 0.0), duration, forces, 0.5 * math.hypot(*gravity) * duration**2)
+    return Extent(ways, np.fmax(reach.states, responses), duration, forces, 0.5 * gravity * duration**2)
+
+
+def _responses(run: Run, states: States, parameters: Array, ways: Array, duration: float) -> Array | float:
+    """Return the ways of internal states, (nz,), at the states of rows, if coordinates go ``ways`` (nv,) in a
+    duration."""
+    if not run.model.functions.for_runs("internal_partials"):
+        return 0.0
+    u = run.signals.rows(states.t) if run.takes_rows else None
+    _, by_q, by_v, by_z = run.model.internal_partials(states.q, states.v, states.z, states.t, u, parameters=parameters)
+    pulls = np.abs(by_q) @ ways + np.abs(by_v) @ ways / duration
+    held = np.eye(by_z.shape[-1]) / duration - by_z
+    gone: Array = np.nan_to_num(np.abs(np.linalg.solve(held, pulls[..., np.newaxis])), posinf=0.0)[..., 0].max(axis=0)
+    return gone
 
 
 def motion_size(
@@ -288,17 +308,15 @@ def size_of(
     turns = np.zeros(model.nv, dtype=bool) if turns is None else turns
     size[turns] = np.minimum(size[turns], TURN)
     reach = _reach(column["q"], model.q_units, units)
-    rates, ways = np.zeros(model.nv), reach
-    if work is not None:  # the least share of the energy at work that counts as motion
-        rates, ways = REST * work.rates, np.maximum(reach, work.duration * work.rates)
-    sizes = {"increment": _measure(size, units, REST * ways)}
+    if work is None:
+        work = Extent(reach, _largest(column["z"]), math.inf, {}, 0.0)
+    sizes = {"increment": _measure(size, units, REST * work.ways)}
     sizes["q"] = _coordinate_sizes(model, sizes["increment"])
-    sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units, rates)
-    sizes["z"] = _measure(np.ptp(column["z"], axis=0), model.z_units, REST * np.abs(column["z"]).max(axis=0))
+    sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units, REST * work.ways / work.duration)
+    sizes["z"] = _measure(np.ptp(column["z"], axis=0), model.z_units, REST * work.states)
     sizes["multipliers"] = _measure(np.abs(column["multipliers"]).max(axis=0))
     units_of = model.outputs
-    forces = {} if work is None else work.forces
-    largest = _at_work(model, column, [(units_of[name], values) for name, values in outputs.items()], forces)
+    largest = _at_work(model, column, [(units_of[name], values) for name, values in outputs.items()], work.forces)
     for name, values in outputs.items():
         table = _table(values)
         least = np.maximum(np.abs(table).max(axis=0), largest.get(units_of[name], 0.0))
@@ -309,9 +327,8 @@ def size_of(
         sizes[f"output.{name}"] = _measure(extent, floor=REST * least)
     moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
     is_own_size = moved >= np.concatenate([sizes["increment"], sizes["z"]])
-    fallen = 0.0 if work is None else _BALANCED * work.fall
-    least = np.where(np.array(units, dtype=str) == "m", np.maximum(SUMMED * reach, fallen), SUMMED * reach)
-    least = np.concatenate([least, np.zeros(len(model.z_names))])
+    fallen = np.where(np.array(units, dtype=str) == "m", _BALANCED * work.fall, 0.0)
+    least = np.concatenate([np.maximum(SUMMED * reach, fallen), SUMMED * work.states])
     still = bool(np.all(moved <= least))
     of_turns = (*turns.tolist(), *[False] * len(model.z_names))
     travelled = np.concatenate([travelled, np.ptp(column["z"], axis=0)])
@@ -379,19 +396,6 @@ def reach_of(model: CompiledModel, q: Array) -> Array:
     """
     units = [unit.removesuffix("/s") for unit in model.v_units]
     return _reach(q.reshape(-1, model.nq), model.q_units, units)
-
-
-def reach_at_work(run: Run, rows: Array, parameters: Array) -> Array:
-    """Return for each component of the velocity the reach, or the way by the energy at work if that is longer, (nv,).
-
-    Parameters
-    ----------
-    rows : (n, width) of the record
-    parameters : (np,), or (n, np), at the rows
-    """
-    model, work = run.model, at_work(run, rows, parameters)
-    reach = reach_of(model, rows[:, 1 : 1 + model.nq])
-    return reach if work is None else np.maximum(reach, work.duration * work.rates)
 
 
 def _reach(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:

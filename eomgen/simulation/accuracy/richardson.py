@@ -93,6 +93,7 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
     share = shares(errors, size)
     times = pair.apart.t
     largest = _largest_state(size, errors, share, times) if share.size else None
+    worst = "z" if share.size and np.argmax(share) % share.shape[1] >= errors["increment"].shape[1] else "increment"
     outputs = {kind.partition(".")[2]: array for kind, array in errors.items() if kind.startswith("output.")}
     return ErrorEstimate(
         available=True,
@@ -107,7 +108,7 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
             {name: array[:, 0] if runs.own.outputs[name].ndim == 1 else array for name, array in outputs.items()},
         ),
         relative_at=share.max(axis=1, initial=0.0),
-        order=orders["increment"],
+        order=orders[worst],
         declared_order=declared,
         relative=largest.share if largest is not None else 0.0,
         largest=largest,

@@ -115,7 +115,8 @@ class StepPath:
             if item.formula is not None and item.name not in self.run.signals.given and may_be_fast(item.formula)
         }
         columns = {k: formulas[name] for k, name in enumerate(self.run.model.inputs) if name in formulas}
-        return {k: formula for k, formula in columns.items() if self.knows(formula) and not _uses_inputs(formula)}
+        of_inputs = {k for k, formula in columns.items() if any(symbol.kind == "input" for symbol in symbols(formula))}
+        return {k: formula for k, formula in columns.items() if self.knows(formula) and k not in of_inputs}
 
     @cached_property
     def slopes(self) -> Array:
@@ -239,10 +240,6 @@ class StepPath:
         with np.errstate(all="ignore"):
             a = accelerations(model, q, v, blocks.t, **arguments)
             return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **arguments)]) if model.nz else a
-
-
-def _uses_inputs(formula: Formula) -> bool:
-    return any(symbol.kind == "input" for symbol in symbols(formula))
 
 
 #: Maximum number of repeated steps; of a longer run eight pieces are repeated.
@@ -369,11 +366,12 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
         bent = np.maximum(bends[:-1], bends[1:])
         places = [expression for expression in _places(run) if path.knows(expression)]
         examined_steps = 16
-        crossings = [(expression, _crossings(path, expression)[:examined_steps]) for expression in places]
+        signs = [np.sign(path.values(expression, path.at_rows)) for expression in places]
+        crossings = [np.flatnonzero(sign[1:] * sign[:-1] < 0.0)[:examined_steps] for sign in signs]
         order = np.argsort(bent)
         most = order[-examined_steps:]
         most = most[bent[most] > _STEEPER * bent[order[len(order) // 2]]]  # bends of all steps alike are rounding
-        examined = [*crossings, (None, np.sort(most))]
+        examined = [*zip(places, crossings, strict=True), (None, np.sort(most))]
         return any(_jumps(path, expression, steps, least) for expression, steps in examined if len(steps))
     except (EomgenError, np.linalg.LinAlgError):
         return False
@@ -388,12 +386,6 @@ def _places(run: Run) -> list[Formula]:
         store["jumps"] = [term for term in every if any(symbol.kind != "time" for symbol in symbols(term))]
     result: list[Formula] = store["jumps"]
     return result
-
-
-def _crossings(path: StepPath, expression: Formula) -> NDArray[np.intp]:
-    """Return the indices of the rows after which an expression changes its sign before the next row."""
-    signs = np.sign(path.values(expression, path.at_rows))
-    return np.flatnonzero(signs[1:] * signs[:-1] < 0.0)
 
 
 def _jumps(path: StepPath, expression: Formula | None, steps: NDArray[np.intp], least: Array) -> bool:

@@ -177,10 +177,6 @@ def _early_end(run: FinishedRun) -> Iterator[Finding]:
         yield Finding.of(end_of(run), time=run.trajectory.rows[-1, 0])
 
 
-def _checkpoint(run: FinishedRun) -> Iterator[Finding]:
-    yield Finding.of(run.checkpoint)
-
-
 def _unstable(run: FinishedRun) -> Iterator[Finding]:
     growth = run.growth
     if growth is None:
@@ -208,7 +204,7 @@ def _broken_constraint(run: FinishedRun) -> Iterator[Finding]:
 
 ROWS = (
     Check("stopped [W0209]", _early_end, needs=(), severity=FAILURE),
-    Check("checkpoint [W0210]", _checkpoint, needs=("checkpoint",), severity=NOTE),
+    Check("checkpoint [W0210]", lambda run: [Finding.of(run.checkpoint)], needs=("checkpoint",), severity=NOTE),
     Check("unstable [W0211]", _unstable, needs=("complete", "fixed steps"), severity=FAILURE),
     Check("infinite_energy [W0212]", _infinite_energy, severity=FAILURE, unless=("unstable",)),
     Check(
