@@ -30,7 +30,7 @@ _MOST_NAMES = 12
 _CHOICES = ("FITTYP", "SIDE", "TANGENTS")
 #: Quantities and results that change their sign in a mirror.
 _MIRRORED = (
-    *("lagged_slip_y", "slip_velocity_y", "camber", "force_y", "moment_x", "moment_z", "road_moment_x", "slip_y"),
+    *("deflection_y", "slip_velocity_y", "turn_x", "camber", "force_y", "moment_x", "moment_z", "road_moment_x", "slip_y"),
     *("rate_y", "part_y"),
 )
 #: Bounds of coefficients, of scenes and of files.
@@ -56,7 +56,7 @@ _RESULTS = {
         "road_moment_y",
     )
 }
-_STATES = {f"lagged_slip_{axis}": f"rate_{axis}" for axis in "xy"}
+_STATES = {f"deflection_{axis}": f"rate_{axis}" for axis in "xy"}
 _NAMES = (*_RESULTS.values(), *_STATES.values())
 #: Results of the normal force of a file.
 _NORMAL = ("normal_force", "elastic", "energy")
