@@ -111,7 +111,9 @@ def test_forces_of_a_steady_slip_are_the_values_of_the_table(name: str, version:
     known |= {"velocity_x": first["velocity_x"]}
     deflection = first["normal_force"] / 2e5
     radius = (
-        law.values(["effective_radius"], numbers, **known)["effective_radius"] if version else 0.31 - deflection / 3 * np.cos(first["camber"])
+        law.values(["effective_radius"], numbers, **known)["effective_radius"]
+        if version
+        else 0.31 - deflection / 3 * np.cos(first["camber"])
     )
     slip_x = first["wheel_speed"] * radius / first["velocity_x"] - 1.0
     slip_y = first["slip_velocity_y"] / first["velocity_x"]
@@ -246,6 +248,7 @@ def test_wrong_tyres_are_told(law: str, normal: str, message: str) -> None:
     ("old", "new", "message"),
     [
         ("FNOMIN ", "FNOMIN = -4 $", "car.tir:30 (FNOMIN) (contacts.road.tangential.file): the coefficient FNOMIN is"),
+        ("PKY1 ", "PKY1 = 0 $", "car.tir:118 (PKY1) (contacts.road.tangential.file): the coefficient PKY1 is 0; try: "),
         ("= 61 ", "= 70 ", "car.tir:13 (FITTYP) (contacts.road.tangential.file): the Magic Formula of FITTYP = 70 is"),
     ],
 )
@@ -351,6 +354,28 @@ def test_a_note_lists_keys_without_use(tmp_path: Path) -> None:
     (tmp_path / "car.tir").write_text(OWN.read_text(encoding="utf-8").replace("= 124", "= 123"), encoding="utf-8")
     other = wheel(f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"')
     assert [note for note in other.notes if "USE_MODE" in note]
+
+
+def test_slips_camber_and_load_end_at_the_ranges_of_the_file(tmp_path: Path) -> None:
+    """Forces beyond are forces at the ends, and one note says so."""
+    ends = "KPUMIN = -0.02\nKPUMAX = 1\nALPMIN = -1\nALPMAX = 0.015\nCAMMIN = -1\nCAMMAX = 0.05\nFZMAX = 3.9\n"
+    fitted = OWN.read_text(encoding="utf-8").replace(
+        "KPUMIN                  = -1.5\nKPUMAX                  = 1.5\n", ""
+    )
+    (tmp_path / "car.tir").write_text(f"{fitted}[RANGE]\n{ends}", encoding="utf-8")
+    scene = wheel(f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"')
+    text = (
+        "slips, camber and load end at the ranges of car.tir: KPUMIN = -0.02, KPUMAX = 1, ALPMIN = -1, ALPMAX = 0.015"
+    )
+    assert [note for note in scene.notes if f"{text}, CAMMIN = -1, CAMMAX = 0.05, FZMAX = 3900" in note]
+    seen = seen_at(scene, np.zeros((7, 2)), steps=2000)
+    known = {name: seen[name] for name in ("velocity_x", "wheel_speed")}
+    known |= {"load": np.minimum(seen["normal_force"], 3900.0), "camber": np.clip(seen["camber"], -1.0, 0.05)}
+    known |= {"slip_x": np.clip(seen["slip_x"], -0.02, 1.0), "slip_y": np.minimum(seen["slip_y"], math.tan(0.015))}
+    free = tangential_law("magic_formula", "6.1").values(["force_x", "force_y"], own_tyre().numbers, **known)
+    assert (seen["normal_force"] > 3900.0).any() and (seen["camber"] > 0.05).any() and (seen["slip_y"] > 0.016).all()
+    np.testing.assert_allclose(seen["friction_force_x"], free["force_x"], rtol=1e-3)
+    np.testing.assert_allclose(seen["friction_force_y"], free["force_y"], rtol=1e-3)
 
 
 def test_a_file_is_found_from_the_folder_of_an_included_scene(tmp_path: Path) -> None:

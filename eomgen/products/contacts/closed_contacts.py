@@ -173,7 +173,8 @@ class _Pair:
         self.motions = {
             **dict(zip(("slip_velocity_x", "slip_velocity_y", "rate"), axes @ moving, strict=True)),
             **dict(zip(("velocity_x", "velocity_y"), axes @ at_centre, strict=False)),
-            **{"spin": axes[2] @ turning, "wheel_speed": _values(geometry.axis) @ turning},
+            **dict(zip(("turn_x", "turn_y", "spin"), axes @ turning, strict=True)),
+            "wheel_speed": _values(geometry.axis) @ turning,
         }
 
 

@@ -193,6 +193,9 @@ class _Contacts(PairSection):
         assert isinstance(item, Contact)
         table = entry.tangential
         if table is not None and isinstance(row := friction_laws.LAWS[table.type], SlipLaw):
+            if entry.shape in SHAPES and SHAPES[entry.shape][1] != "z":
+                fault = f"{row.name} is a law of wheels, and a {entry.shape} has no spin axis [E2460]"
+                reading.report.add(f"{key}.tangential.type", fault, '"bristles" or "coulomb", or shape = "torus"')
             coefficients = read_coefficients(name, row, table, reading.folder, reading.values)
             item = replace(item, tangential=AppliedLaw(row.name, coefficients))
             if entry.radius is None and "UNLOADED_RADIUS" in coefficients:

@@ -19,18 +19,30 @@ from eomgen.products.contacts.tyre_files import TyreFile, read_tyre_file, versio
 from eomgen.scene.reading.key_metadata import optional
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.requirements import Bound, Row, above_zero, not_below_zero
+from eomgen.scene.reading.requirements import Bound, Row, above_zero, is_zero, not_below_zero
 from eomgen.scene.reading.values import Values
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 
 #: Keys without use that a note names at most.
 _MOST_NAMES = 12
+#: Keys of a file at which slips, slip angle, camber and load end.
+_ENDS = ("KPUMIN", "KPUMAX", "ALPMIN", "ALPMAX", "CAMMIN", "CAMMAX", "FZMAX")
 #: Numbers that choose formulas: the version, the side (-1: mirrored), the book's slips.
 _CHOICES = ("FITTYP", "SIDE", "TANGENTS")
 #: Quantities and results that change their sign in a mirror.
 _MIRRORED = (
-    *("deflection_y", "slip_velocity_y", "turn_x", "camber", "force_y", "moment_x", "moment_z", "road_moment_x", "slip_y"),
+    *(
+        "deflection_y",
+        "slip_velocity_y",
+        "turn_x",
+        "camber",
+        "force_y",
+        "moment_x",
+        "moment_z",
+        "road_moment_x",
+        "slip_y",
+    ),
     *("rate_y", "part_y"),
 )
 #: Bounds of coefficients, of scenes and of files.
@@ -40,11 +52,11 @@ BOUNDS: Mapping[str, Bound] = {
         (
             above_zero,
             """FRICTION STIFFNESS STIFFNESS_X STIFFNESS_Y STIFFNESS_Z RADIUS LOAD VELOCITY RELAXATION RELAXATION_LEAST
-            SLIP_MOST SLIP_STANDING RELEASE
-            LMUX LMUY LFZO FNOMIN NOMPRES INFLPRES LONGVL UNLOADED_RADIUS ONSET SMOOTH_SPEED SMOOTH_SLIP
+            RELEASE LMUX LMUY LFZO FNOMIN NOMPRES INFLPRES LONGVL UNLOADED_RADIUS ONSET SMOOTH_SPEED SMOOTH_SLIP
             SMOOTH_CAMBER VERTICAL_STIFFNESS LONGITUDINAL_STIFFNESS LATERAL_STIFFNESS""",
         ),
         (not_below_zero, "SETTLING VERTICAL_DAMPING BOTTOM_STIFF"),
+        (lambda quantity: (is_zero, f"{quantity} is {{0}}", "another number"), "PKY1 PKY2"),
     )
     for name in names.split()
 }
@@ -169,6 +181,9 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
     used = law.coefficients(results, known)
     if entry.file is not None:
         _check_numbers(file, {*used} - {*given}, f"{key}.file", report)
+        if ends := [f"{name} = {file.numbers[name]:g}" for name in _ENDS if name in file.numbers and name not in given]:
+            text = f"slips, camber and load end at the ranges of {file.name}: {', '.join(ends)}"
+            values.note([f"{key}.file: {text} [W0320]"])
     if missing := [name for name in used if name not in known]:
         hint = f"coefficients = {{ {missing[0]} = ... }}"
         report.add(key, f"coefficients are missing: {listed(missing)} [E2440]", hint)
@@ -185,7 +200,7 @@ def _check_numbers(file: TyreFile, names: Collection[str], key: str, report: Rep
 
 _OF_TWO = "coefficients={STIFFNESS_X=20,STIFFNESS_Y=15,FRICTION=1}"
 ROWS = tuple(
-    SlipLaw(name, {}, results, states=states, unit="", more=more)
+    SlipLaw(name, {}, results, states=states, more=more)
     for name, results, states, more in (
         ("linear", _RESULTS, _STATES, _OF_TWO),
         ("steady_slip", {name: name for name in ("force_x", "force_y")}, {}, _OF_TWO),
