@@ -248,6 +248,11 @@ def test_wrong_tyres_are_told(law: str, normal: str, message: str) -> None:
     ("old", "new", "message"),
     [
         ("FNOMIN ", "FNOMIN = -4 $", "car.tir:30 (FNOMIN) (contacts.road.tangential.file): the coefficient FNOMIN is"),
+        (
+            "PKY1 ",
+            "$",
+            "(contacts.road.tangential): coefficients are missing: PKY1; try: coefficients = { PKY1",
+        ),
         ("PKY1 ", "PKY1 = 0 $", "car.tir:118 (PKY1) (contacts.road.tangential.file): the coefficient PKY1 is 0; try: "),
         ("= 61 ", "= 70 ", "car.tir:13 (FITTYP) (contacts.road.tangential.file): the Magic Formula of FITTYP = 70 is"),
     ],

@@ -32,18 +32,8 @@ _ENDS = ("KPUMIN", "KPUMAX", "ALPMIN", "ALPMAX", "CAMMIN", "CAMMAX", "FZMAX")
 _CHOICES = ("FITTYP", "SIDE", "TANGENTS")
 #: Quantities and results that change their sign in a mirror.
 _MIRRORED = (
-    *(
-        "deflection_y",
-        "slip_velocity_y",
-        "turn_x",
-        "camber",
-        "force_y",
-        "moment_x",
-        "moment_z",
-        "road_moment_x",
-        "slip_y",
-    ),
-    *("rate_y", "part_y"),
+    *("deflection_y", "slip_velocity_y", "slip_y", "rate_y", "force_y", "part_y"),
+    *("turn_x", "camber", "moment_x", "moment_z", "road_moment_x"),
 )
 #: Bounds of coefficients, of scenes and of files.
 BOUNDS: Mapping[str, Bound] = {
@@ -60,14 +50,8 @@ BOUNDS: Mapping[str, Bound] = {
     )
     for name in names.split()
 }
-_RESULTS = {
-    name: name
-    for name in (
-        *("force_x", "force_y", "moment_x", "moment_y", "moment_z"),
-        *("slip_x", "slip_y", "road_moment_x"),
-        "road_moment_y",
-    )
-}
+_ROAD = ("road_moment_x", "road_moment_y")
+_RESULTS = {n: n for n in ("force_x", "force_y", "moment_x", "moment_y", "moment_z", "slip_x", "slip_y", *_ROAD)}
 _STATES = {f"deflection_{axis}": f"rate_{axis}" for axis in "xy"}
 _NAMES = (*_RESULTS.values(), *_STATES.values())
 #: Results of the normal force of a file.

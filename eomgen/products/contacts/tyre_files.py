@@ -15,7 +15,7 @@ from eomgen.base.files import read_bytes
 from eomgen.base.messages import listed, shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate
-from eomgen.products.contacts.tangential_laws import TangentialLaw, tangential_law
+from eomgen.products.contacts.tangential_laws import tangential_law
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import PARAMETERS, SceneNames
 
@@ -71,25 +71,6 @@ class TyreFile:
     def side(self) -> str:
         """Side of the vehicle for which the coefficients are: ``left`` or ``right``."""
         return "right" if self.texts.get("TYRESIDE", "").lower() == "right" else "left"
-
-    def law(self, results: Sequence[str], option: str = "") -> TangentialLaw:
-        """Return the law of the file's version; its coefficients are ``numbers``.
-
-        Parameters
-        ----------
-        results : names of formulas that are asked for
-        option : ``tangents`` for the book's slip and camber; the angles themselves by default, as MF-Tyre takes them
-
-        Raises
-        ------
-        DescriptionError
-            For coefficients that the results need and the file does not have, and for a file that asks for turn slip.
-        """
-        law = tangential_law("magic_formula", self.version, option)
-        if missing := [name for name in law.coefficients(results, self.numbers) if name not in self.numbers]:
-            raise self.fault(missing[0], f"the file does not have {listed(missing)} [E2432]", "a number for each")
-        self.check_turn_slip()
-        return law
 
     def check_turn_slip(self) -> None:
         """Raise DescriptionError for a file that asks for turn slip."""
