@@ -125,6 +125,7 @@ def test_turn_slip_without_coefficients_is_not_refused(tyre: Callable[[str, str]
 
 
 def test_keys_without_use_are_listed() -> None:
-    unused = own_tyre().unused_keys([*FORCES, "vertical_force", "effective_radius"])
+    law, results = tangential_law("magic_formula", "6.1"), [*FORCES, "vertical_force", "effective_radius"]
+    unused = own_tyre().unused_keys(law.coefficients(results, own_tyre().numbers))
     assert {"PDXP1", "PKYP1", "YAW_STIFFNESS", "Q_RA1", "PCFX1"} <= set(unused)
     assert not {"PCX1", "QSX12", "Q_FZ2", "KPUMIN", "FITTYP", "FILE_VERSION"} & set(unused)

@@ -18,7 +18,6 @@ from eomgen.products.contacts.tangential_laws import TangentialLaw, tangential_l
 from eomgen.products.contacts.tyre_files import TyreFile, read_tyre_file, version_of
 from eomgen.scene.reading.key_metadata import optional
 from eomgen.scene.reading.kinds import Value
-from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import Bound, Row, above_zero, is_zero, not_below_zero
 from eomgen.scene.reading.values import Values
 from eomgen.symbolic.operations import Op
@@ -128,31 +127,20 @@ class NormalLaw(ContactLaw):
 
 def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, values: Values) -> dict[str, Formula]:
     """Return the coefficients of the law of a contact, numbers from the file or formulas from the scene; faults are
-    reported, and keys of the file without use are noted."""
+    reported, and keys of the file without use, or with limits, are noted."""
     key = f"{key_of('contacts', contact)}.tangential"
-    report, numbers, version = values.report, dict[str, Formula](), ""
-    option, results = ("tangents" if entry.tangents else ""), _NAMES
+    report, numbers, law, results = values.report, dict[str, float](), row.table(""), _NAMES
+    file = None
     if entry.file is not None:
-        results = (*_NAMES, *_NORMAL)
         try:
             file = read_tyre_file(folder / entry.file)
-            version = file.version
             file.check_turn_slip()
+            law, results = row.table(file.version, "tangents" if entry.tangents else ""), (*_NAMES, *_NORMAL)
         except EomgenError as error:
             report.add_file_error(f"{key}.file", error)
             return {}
-        other = entry.side is not None and entry.side != file.side
-        numbers = {name: Number(value) for name, value in file.numbers.items()}
-        numbers |= {
-            "FITTYP": Number(file.numbers.get("FITTYP", 6.0)),
-            "SIDE": Number(-1.0 if other else 1.0),
-            "TANGENTS": Number(float(bool(entry.tangents))),
-        }
-        if unused := file.unused_keys(results, f"motion {option}".strip()):
-            more = f" and {len(unused) - _MOST_NAMES} others" if len(unused) > _MOST_NAMES else ""
-            fault = f"{file.name} has keys that the law does not use: {', '.join(unused[:_MOST_NAMES])}{more} [W0310]"
-            values.note([f"{key}.file: {fault}"])
-    law = row.table(version, option)
+        side = -1.0 if entry.side is not None and entry.side != file.side else 1.0
+        numbers = {**file.numbers, "SIDE": side, "TANGENTS": float(bool(entry.tangents))}
     given = {
         name: values.formula(f"{key}.coefficients.{name}", value, BY_PLACE)
         for name, value in (entry.coefficients or {}).items()
@@ -161,25 +149,29 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
         if not name.isupper() or name not in law.coefficients(results, {name: 0.0}):
             fault = f"{shown(name)} is not a coefficient of {row.name} [E2439]"
             report.add(f"{key}.coefficients.{name}", fault, "a name from the formulas of the law")
-    known = {**numbers, **bind_to_contact(given, contact)}
+    known = {**{name: Number(value) for name, value in numbers.items()}, **bind_to_contact(given, contact)}
     used = law.coefficients(results, known)
-    if entry.file is not None:
-        _check_numbers(file, {*used} - {*given}, f"{key}.file", report)
-        if ends := [f"{name} = {file.numbers[name]:g}" for name in _ENDS if name in file.numbers and name not in given]:
-            text = f"slips, camber and load end at the ranges of {file.name}: {', '.join(ends)}"
-            values.note([f"{key}.file: {text} [W0320]"])
+    if file is not None:
+        _tell_numbers(file, used, given, f"{key}.file", values)
     if missing := [name for name in used if name not in known]:
         hint = f"coefficients = {{ {missing[0]} = ... }}"
         report.add(key, f"coefficients are missing: {listed(missing)} [E2440]", hint)
     return {name: known[name] for name in (*used, *_CHOICES) if name in known}
 
 
-def _check_numbers(file: TyreFile, names: Collection[str], key: str, report: Report) -> None:
-    """Report numbers of a file that are out of their bounds."""
-    for name in sorted({*names} & {*file.numbers} & {*BOUNDS}):
+def _tell_numbers(file: TyreFile, used: Collection[str], given: Collection[str], key: str, values: Values) -> None:
+    """Report numbers of a file that are out of their bounds; note keys without use, and limits that are kept."""
+    for name in sorted({*used} & {*file.numbers} & {*BOUNDS} - {*given}):
         rule, value = Row((name,), *BOUNDS[name], stage=0), file.numbers[name]
         if rule.broken([value]):
-            report.add_file_error(key, file.fault(name, *rule.fault([value])))
+            values.report.add_file_error(key, file.fault(name, *rule.fault([value])))
+    if unused := file.unused_keys({*used, *given}):
+        more = f" and {len(unused) - _MOST_NAMES} others" if len(unused) > _MOST_NAMES else ""
+        names = f"{', '.join(unused[:_MOST_NAMES])}{more}"
+        values.note([f"{key}: {file.name} has keys that the law does not use: {names} [W0310]"])
+    if ends := [f"{name} = {file.numbers[name]:g}" for name in _ENDS if name in {*file.numbers} - {*given}]:
+        text = f"slips, camber and load end at the ranges of {file.name}: {', '.join(ends)}"
+        values.note([f"{key}: {text} [W0320]"])
 
 
 _OF_TWO = "coefficients={STIFFNESS_X=20,STIFFNESS_Y=15,FRICTION=1}"
