@@ -96,3 +96,17 @@ def test_friction_holds_a_wheel_up_to_nine_tenths_of_its_limit(axis: str) -> Non
         scene = locked_wheel(law, f"[{along[0]}, {along[1]}, -9.81]", axis)
         run = eomgen.build(scene, profile="quick").simulate(6.0, 1e-3, method="rk4", error_estimate=False)
         assert (run.v[-1, 0] > 0.5) if slides else (np.abs(run.v[-1000:, 0]).max() < 1e-5), (pull, run.v[-1])
+
+
+@pytest.mark.slow
+def test_the_carcass_of_a_small_wheel_is_as_soft_as_its_normal_law() -> None:
+    """A toy of 0.2 kg on a slope stands at explicit steps of 1 ms, and its carcass yields 15/15 of the stiffness."""
+    law = 'type = "brush", coefficients = { STIFFNESS = 15, FRICTION = 0.9 }'
+    text = GUIDED.replace("mass = 20, inertia = [0.6, 1.1, 0.6]", "mass = 0.1, inertia = [1e-5, 2e-5, 1e-5]")
+    text = text.replace('200 kN/m"', '200 N/m", damping = 2').replace("radius = 0.31", "radius = 0.03")
+    text = text.replace("[0, 0, -9.81]", "[0, 1, -9.81]")
+    scene = scene_of(text.format(law=law, mass=0.1, x=0.0, y=0.0, z=0.02, spin=0.0))
+    run = eomgen.build(scene, profile="quick").simulate(3.0, 1e-3, method="rk4", error_estimate=False)
+    assert run.success and not run.findings, run.findings
+    assert np.abs(run.v[-1]).max() < 1e-6
+    assert run.q[-1, 1] == pytest.approx(0.2 * 1.0 / 200.0, rel=0.1)
