@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.products.contacts.tangential_laws import tangential_law
 from eomgen.products.contacts.tyre_files import TyreFile, read_tyre_file
 from tests.oracles.evaluation import Array
 
@@ -40,7 +41,7 @@ def locked() -> dict[str, Any]:
 
 def slopes(file: TyreFile, load: float) -> dict[str, float]:
     """Return lateral force and aligning moment by slip and by camber, and the relaxation length."""
-    law = file.law(["force_y", "moment_z", "relaxation_y"])
+    law = tangential_law("magic_formula", file.version)
     known = {"load": load, "slip_x": 0.0, "wheel_speed": 100.0, "velocity_x": 30.0}
     step, found = 1e-4, dict[str, float]()
     for name in ("slip_y", "camber"):
@@ -102,12 +103,11 @@ def by_hand(speed: float, damper: float) -> Array:
         z = radius + heave[end]
         raised = height(z, arm(place, z) if front else 0.0, rake) + (radius - tube) * np.outer(camber, camber)
         stiffness -= load[end] * raised
-        sinks = -sunk[end]
         pushed = np.array([1.0, place, 0.0, arm(place, 0.0) if front else 0.0])
         moment = np.array([0.0, 1.0, 0.0, axis[1] * front])
         K += np.outer(tyre["force_y_camber"] * pushed + tyre["moment_z_camber"] * moment, camber)
         ends[:4, 6 + row] = tyre["force_y_slip_y"] * pushed + tyre["moment_z_slip_y"] * moment
-        slip[row, :4] = [1.0, place, -sinks, arm(place, sinks) if front else 0.0]
+        slip[row, :4] = pushed
         slip[row, 5], slip[row, 6 + row] = -speed * axis[1] * front, -speed
         slip[row] /= tyre["relaxation"]
     rates[3, 3] += damper

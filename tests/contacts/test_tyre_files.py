@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from eomgen.errors import DescriptionError
+from eomgen.products.contacts.tangential_laws import tangential_law
 from eomgen.products.contacts.tyre_files import TyreFile, read_tyre_file
 from tests.contacts.states import OWN, own_tyre
 
@@ -99,31 +100,32 @@ def test_marks_of_editors_and_numbers_in_quotes_do_not_matter(
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("PKY1 ", "$", "car.tir (PKY1): the file does not have PKY1; try: a number for each"),
         ("= 61 ", "= 70 ", "car.tir:13 (FITTYP): the Magic Formula of FITTYP = 70 is unknown"),
         ("= 124", "= 125", "car.tir:16 (USE_MODE): turn slip, by PDXP1, PKYP1, is not part of the law"),
     ],
 )
-def test_missing_and_unfit_coefficients(tyre: Callable[[str, str], TyreFile], old: str, new: str, message: str) -> None:
+def test_unfit_coefficients(tyre: Callable[[str, str], TyreFile], old: str, new: str, message: str) -> None:
+    file = tyre(old, new)
     with pytest.raises(DescriptionError) as caught:
-        tyre(old, new).law(FORCES)
+        assert file.version == "6.1"
+        file.check_turn_slip()
     assert message in str(caught.value)
 
 
 def test_missing_coefficients_matter_to_results_that_need_them(tyre: Callable[[str, str], TyreFile]) -> None:
-    file = tyre("PCX1 ", "$")
-    file.law(["stiffness_x", "force_y", "relaxation_x"])
-    with pytest.raises(DescriptionError, match="does not have PCX1"):
-        file.law(["force_x"])
+    law, numbers = tangential_law("magic_formula", "6.1"), tyre("PCX1 ", "$").numbers
+    assert "PCX1" not in {*law.coefficients(["stiffness_x", "force_y", "relaxation_x"], numbers), *numbers}
+    assert "PCX1" in law.coefficients(["force_x"], numbers)
 
 
 def test_turn_slip_without_coefficients_is_not_refused(tyre: Callable[[str, str], TyreFile]) -> None:
     file = tyre("PDXP1                   = 0.4\nPKYP1                   = 1.0", "PDXP1 = 0")
     file.numbers["USE_MODE"] = 125.0  # type: ignore[index]
-    file.law(FORCES)
+    file.check_turn_slip()
 
 
 def test_keys_without_use_are_listed() -> None:
-    unused = own_tyre().unused_keys([*FORCES, "vertical_force", "effective_radius"])
+    law, results = tangential_law("magic_formula", "6.1"), [*FORCES, "vertical_force", "effective_radius"]
+    unused = own_tyre().unused_keys(law.coefficients(results, own_tyre().numbers))
     assert {"PDXP1", "PKYP1", "YAW_STIFFNESS", "Q_RA1", "PCFX1"} <= set(unused)
     assert not {"PCX1", "QSX12", "Q_FZ2", "KPUMIN", "FITTYP", "FILE_VERSION"} & set(unused)

@@ -43,6 +43,10 @@ WRONG = {
         "stiffness = 1e4, onset = 1": "(contacts.floor.normal.onset): onset has no meaning for hunt_crossley",
         "modulus = 1e4": "(contacts.floor.normal.modulus): modulus has no meaning for hunt_crossley; try: type = hertz",
     },
+    'type = "bristles", friction = 0.5': {
+        'type = "brush", coefficients = { STIFFNESS = 15, FRICTION = 1 }': "(contacts.floor.tangential.type): brush is "
+        'a law of wheels, and a sphere has no spin axis; try: "bristles" or "coulomb", or shape = "torus"',
+    },
     "friction = 0.5": {
         "friction = -0.5": "(contacts.floor.tangential.friction): the friction of a contact is -0.5; try: 0 or more",
     },
@@ -132,6 +136,8 @@ def data_with(path: str, value: Any) -> dict[str, Any]:
             floor.pop("radius")
         return {**data, "contacts": {"floor": {**floor, **SHAPE_OF.get(table, {}), table: value}}}
     law, *keys = names
+    if law == "brush":  # a law of wheels
+        floor |= {**SHAPE_OF["tube_radius"], "tube_radius": 0.05}
     place = floor[table] = {"type": law, **copy.deepcopy(NEEDED[law])}
     for key in keys[:-1]:
         place = place[key]

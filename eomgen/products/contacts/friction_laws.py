@@ -1,8 +1,9 @@
 """Register of tangential forces on the second body, N, over the quantities of a pair.
 
 These are ``load``, the normal force, N; ``slip_velocity_x`` and ``slip_velocity_y``, the velocity of the second body
-at the contact, and ``velocity_x`` and ``velocity_y`` at its centre, m/s; ``spin`` about the normal and ``wheel_speed``
-about its axis, rad/s; ``camber``, rad; and the names of normal laws.
+at the contact, and ``velocity_x`` and ``velocity_y`` at its centre, m/s; the angular velocities ``turn_x``, ``turn_y``
+and ``spin`` about x, y and the normal, and ``wheel_speed`` about its axis, rad/s; ``camber``, rad; and the names of
+normal laws.
 
 A row gives ``force_x``, ``force_y`` and moments, N m, about x, y and the normal z. Axes are the axes of the surface,
 and of a disc or a torus the heading and the direction across it.

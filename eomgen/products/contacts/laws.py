@@ -27,7 +27,7 @@ LOCAL_NAMES: Mapping[str, str] = {
     "deflection": "contact_deflection",
     "load": "normal_force",
     **{name: name for name in ("slip_velocity_x", "slip_velocity_y", "velocity_x", "velocity_y")},
-    **{name: name for name in ("spin", "wheel_speed", "camber", *_PLACE)},
+    **{name: name for name in ("turn_x", "turn_y", "spin", "wheel_speed", "camber", *_PLACE)},
 }
 #: Names that formulas of normal laws may have.
 NORMAL_NAMES = ("gap", "rate", "deflection")

@@ -152,6 +152,7 @@ class PairMotion:
         }
         for name, tangent in zip("xy", self.tangents, strict=True):
             values[f"slip_velocity_{name}"] = dot(tangent, self.slip)
+            values[f"turn_{name}"] = dot(tangent, self.turning)
             values[f"velocity_{name}"] = dot(tangent, self._centre_velocity)
         return values
 

@@ -143,6 +143,8 @@ class Contact(ForceElement):
         return self.first, self.second
 
 
+#: Deflection at whose load the relaxation length counts, m.
+_USUAL_DEFLECTION = 0.02
 #: Law in place of a law that the tyre's file gives.
 _OF_FILE = AppliedLaw("linear", {})
 
@@ -193,7 +195,12 @@ class _Contacts(PairSection):
         assert isinstance(item, Contact)
         table = entry.tangential
         if table is not None and isinstance(row := friction_laws.LAWS[table.type], SlipLaw):
+            if entry.shape in SHAPES and SHAPES[entry.shape][1] != "z":
+                fault = f"{row.name} is a law of wheels, and a {entry.shape} has no spin axis [E2460]"
+                reading.report.add(f"{key}.tangential.type", fault, '"bristles" or "coulomb", or shape = "torus"')
             coefficients = read_coefficients(name, row, table, reading.folder, reading.values)
+            if table.file is None and entry.normal is not None and entry.normal.type == "linear":
+                coefficients = {"LOAD": _USUAL_DEFLECTION * item.normal.values["stiffness"], **coefficients}
             item = replace(item, tangential=AppliedLaw(row.name, coefficients))
             if entry.radius is None and "UNLOADED_RADIUS" in coefficients:
                 item = replace(item, radius=coefficients["UNLOADED_RADIUS"] - item.tube_radius)

@@ -18,20 +18,21 @@ from eomgen.products.contacts.tangential_laws import TangentialLaw, tangential_l
 from eomgen.products.contacts.tyre_files import TyreFile, read_tyre_file, version_of
 from eomgen.scene.reading.key_metadata import optional
 from eomgen.scene.reading.kinds import Value
-from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.requirements import Bound, Row, above_zero, not_below_zero
+from eomgen.scene.reading.requirements import Bound, Row, above_zero, is_zero, not_below_zero
 from eomgen.scene.reading.values import Values
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 
 #: Keys without use that a note names at most.
 _MOST_NAMES = 12
+#: Keys of a file at which slips, slip angle, camber and load end.
+_ENDS = ("KPUMIN", "KPUMAX", "ALPMIN", "ALPMAX", "CAMMIN", "CAMMAX", "FZMAX")
 #: Numbers that choose formulas: the version, the side (-1: mirrored), the book's slips.
 _CHOICES = ("FITTYP", "SIDE", "TANGENTS")
 #: Quantities and results that change their sign in a mirror.
 _MIRRORED = (
-    *("lagged_slip_y", "slip_velocity_y", "camber", "force_y", "moment_x", "moment_z", "road_moment_x", "slip_y"),
-    *("rate_y", "part_y"),
+    *("deflection_y", "slip_velocity_y", "slip_y", "rate_y", "force_y", "part_y"),
+    *("turn_x", "camber", "moment_x", "moment_z", "road_moment_x"),
 )
 #: Bounds of coefficients, of scenes and of files.
 BOUNDS: Mapping[str, Bound] = {
@@ -40,23 +41,17 @@ BOUNDS: Mapping[str, Bound] = {
         (
             above_zero,
             """FRICTION STIFFNESS STIFFNESS_X STIFFNESS_Y STIFFNESS_Z RADIUS LOAD VELOCITY RELAXATION RELAXATION_LEAST
-            SLIP_MOST SLIP_STANDING RELEASE
-            LMUX LMUY LFZO FNOMIN NOMPRES INFLPRES LONGVL UNLOADED_RADIUS ONSET SMOOTH_SPEED SMOOTH_SLIP
+            RELEASE LMUX LMUY LFZO FNOMIN NOMPRES INFLPRES LONGVL UNLOADED_RADIUS ONSET SMOOTH_SPEED SMOOTH_SLIP
             SMOOTH_CAMBER VERTICAL_STIFFNESS LONGITUDINAL_STIFFNESS LATERAL_STIFFNESS""",
         ),
         (not_below_zero, "SETTLING VERTICAL_DAMPING BOTTOM_STIFF"),
+        (lambda quantity: (is_zero, f"{quantity} is {{0}}", "another number"), "PKY1 PKY2"),
     )
     for name in names.split()
 }
-_RESULTS = {
-    name: name
-    for name in (
-        *("force_x", "force_y", "moment_x", "moment_y", "moment_z"),
-        *("slip_x", "slip_y", "road_moment_x"),
-        "road_moment_y",
-    )
-}
-_STATES = {f"lagged_slip_{axis}": f"rate_{axis}" for axis in "xy"}
+_ROAD = ("road_moment_x", "road_moment_y")
+_RESULTS = {n: n for n in ("force_x", "force_y", "moment_x", "moment_y", "moment_z", "slip_x", "slip_y", *_ROAD)}
+_STATES = {f"deflection_{axis}": f"rate_{axis}" for axis in "xy"}
 _NAMES = (*_RESULTS.values(), *_STATES.values())
 #: Results of the normal force of a file.
 _NORMAL = ("normal_force", "elastic", "energy")
@@ -132,31 +127,20 @@ class NormalLaw(ContactLaw):
 
 def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, values: Values) -> dict[str, Formula]:
     """Return the coefficients of the law of a contact, numbers from the file or formulas from the scene; faults are
-    reported, and keys of the file without use are noted."""
+    reported, and keys of the file without use, or with limits, are noted."""
     key = f"{key_of('contacts', contact)}.tangential"
-    report, numbers, version = values.report, dict[str, Formula](), ""
-    option, results = ("tangents" if entry.tangents else ""), _NAMES
+    report, numbers, law, results = values.report, dict[str, float](), row.table(""), _NAMES
+    file = None
     if entry.file is not None:
-        results = (*_NAMES, *_NORMAL)
         try:
             file = read_tyre_file(folder / entry.file)
-            version = file.version
             file.check_turn_slip()
+            law, results = row.table(file.version, "tangents" if entry.tangents else ""), (*_NAMES, *_NORMAL)
         except EomgenError as error:
             report.add_file_error(f"{key}.file", error)
             return {}
-        other = entry.side is not None and entry.side != file.side
-        numbers = {name: Number(value) for name, value in file.numbers.items()}
-        numbers |= {
-            "FITTYP": Number(file.numbers.get("FITTYP", 6.0)),
-            "SIDE": Number(-1.0 if other else 1.0),
-            "TANGENTS": Number(float(bool(entry.tangents))),
-        }
-        if unused := file.unused_keys(results, f"motion {option}".strip()):
-            more = f" and {len(unused) - _MOST_NAMES} others" if len(unused) > _MOST_NAMES else ""
-            fault = f"{file.name} has keys that the law does not use: {', '.join(unused[:_MOST_NAMES])}{more} [W0310]"
-            values.note([f"{key}.file: {fault}"])
-    law = row.table(version, option)
+        side = -1.0 if entry.side is not None and entry.side != file.side else 1.0
+        numbers = {**file.numbers, "SIDE": side, "TANGENTS": float(bool(entry.tangents))}
     given = {
         name: values.formula(f"{key}.coefficients.{name}", value, BY_PLACE)
         for name, value in (entry.coefficients or {}).items()
@@ -165,27 +149,34 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
         if not name.isupper() or name not in law.coefficients(results, {name: 0.0}):
             fault = f"{shown(name)} is not a coefficient of {row.name} [E2439]"
             report.add(f"{key}.coefficients.{name}", fault, "a name from the formulas of the law")
-    known = {**numbers, **bind_to_contact(given, contact)}
+    known = {**{name: Number(value) for name, value in numbers.items()}, **bind_to_contact(given, contact)}
     used = law.coefficients(results, known)
-    if entry.file is not None:
-        _check_numbers(file, {*used} - {*given}, f"{key}.file", report)
+    if file is not None:
+        _tell_numbers(file, used, given, f"{key}.file", values)
     if missing := [name for name in used if name not in known]:
         hint = f"coefficients = {{ {missing[0]} = ... }}"
         report.add(key, f"coefficients are missing: {listed(missing)} [E2440]", hint)
     return {name: known[name] for name in (*used, *_CHOICES) if name in known}
 
 
-def _check_numbers(file: TyreFile, names: Collection[str], key: str, report: Report) -> None:
-    """Report numbers of a file that are out of their bounds."""
-    for name in sorted({*names} & {*file.numbers} & {*BOUNDS}):
+def _tell_numbers(file: TyreFile, used: Collection[str], given: Collection[str], key: str, values: Values) -> None:
+    """Report numbers of a file that are out of their bounds; note keys without use, and limits that are kept."""
+    for name in sorted({*used} & {*file.numbers} & {*BOUNDS} - {*given}):
         rule, value = Row((name,), *BOUNDS[name], stage=0), file.numbers[name]
         if rule.broken([value]):
-            report.add_file_error(key, file.fault(name, *rule.fault([value])))
+            values.report.add_file_error(key, file.fault(name, *rule.fault([value])))
+    if unused := file.unused_keys({*used, *given}):
+        more = f" and {len(unused) - _MOST_NAMES} others" if len(unused) > _MOST_NAMES else ""
+        names = f"{', '.join(unused[:_MOST_NAMES])}{more}"
+        values.note([f"{key}: {file.name} has keys that the law does not use: {names} [W0310]"])
+    if ends := [f"{name} = {file.numbers[name]:g}" for name in _ENDS if name in {*file.numbers} - {*given}]:
+        text = f"slips, camber and load end at the ranges of {file.name}: {', '.join(ends)}"
+        values.note([f"{key}: {text} [W0320]"])
 
 
 _OF_TWO = "coefficients={STIFFNESS_X=20,STIFFNESS_Y=15,FRICTION=1}"
 ROWS = tuple(
-    SlipLaw(name, {}, results, states=states, unit="", more=more)
+    SlipLaw(name, {}, results, states=states, more=more)
     for name, results, states, more in (
         ("linear", _RESULTS, _STATES, _OF_TWO),
         ("steady_slip", {name: name for name in ("force_x", "force_y")}, {}, _OF_TWO),

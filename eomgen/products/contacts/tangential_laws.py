@@ -105,10 +105,10 @@ def tangential_law(name: str, version: str = "", option: str = "") -> Tangential
         ``5.2``, ``6.1`` or ``6.2``, and ``tangents``; option ``motion`` of all laws, alone or before another one: slips
         from the motion of a pair
     """
-    words = option.split()
-    table, motion = _tables()[name], _tables()["motion"] if "motion" in words else {}
-    chosen = (("versions", version), *(("options", word) for word in words if word != "motion"))
-    replaced = [table[kind][key] for kind, key in chosen if key]
+    words, table = option.split(), _tables()[name]
+    motion = _tables()["motion"] if "motion" in words else {}
+    own = table.get("options", {})
+    replaced = [*([table["versions"][version]] if version else []), *(own[word] for word in words if word in own)]
     texts = {key: text for part in (motion, table, *replaced) for key, text in part.items() if key not in _KEYS}
     numbers = {name: text for key, text in (("zeros", "0"), ("ones", "1")) for name in table.get(key, "").split()}
     quantities = f"{table['quantities']} {motion.get('quantities', '')}".split()

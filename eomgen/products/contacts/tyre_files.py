@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from eomgen.base.files import read_bytes
 from eomgen.base.messages import listed, shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate
-from eomgen.products.contacts.tangential_laws import TangentialLaw, tangential_law
+from eomgen.products.contacts.tangential_laws import tangential_law
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import PARAMETERS, SceneNames
 
@@ -38,7 +38,7 @@ class TyreFile:
     name : str
         Name of the file.
     numbers : mapping of str to float
-        Values in SI by key, in upper case.
+        Values in SI by key, in upper case; FITTYP is 6, version 5.2, in a file without it.
     texts : mapping of str to str
         Words and texts in quotes by key.
     lines : mapping of str to int
@@ -60,8 +60,8 @@ class TyreFile:
 
     @property
     def version(self) -> str:
-        """Version of the Magic Formula: 5.2 in a file without FITTYP."""
-        number = self.numbers.get("FITTYP", 6.0)
+        """Version of the Magic Formula."""
+        number = self.numbers["FITTYP"]
         if not (version := version_of(number)):
             fault = f"the Magic Formula of FITTYP = {number:g} is unknown [E2431]"
             raise self.fault("FITTYP", fault, f"one of {', '.join(_data()['versions'])}")
@@ -72,25 +72,6 @@ class TyreFile:
         """Side of the vehicle for which the coefficients are: ``left`` or ``right``."""
         return "right" if self.texts.get("TYRESIDE", "").lower() == "right" else "left"
 
-    def law(self, results: Sequence[str], option: str = "") -> TangentialLaw:
-        """Return the law of the file's version; its coefficients are ``numbers``.
-
-        Parameters
-        ----------
-        results : names of formulas that are asked for
-        option : ``tangents`` for the book's slip and camber; the angles themselves by default, as MF-Tyre takes them
-
-        Raises
-        ------
-        DescriptionError
-            For coefficients that the results need and the file does not have, and for a file that asks for turn slip.
-        """
-        law = tangential_law("magic_formula", self.version, option)
-        if missing := [name for name in law.coefficients(results, self.numbers) if name not in self.numbers]:
-            raise self.fault(missing[0], f"the file does not have {listed(missing)} [E2432]", "a number for each")
-        self.check_turn_slip()
-        return law
-
     def check_turn_slip(self) -> None:
         """Raise DescriptionError for a file that asks for turn slip."""
         turning = [name for name in _data()["turn_slip"].split() if self.numbers.get(name)]
@@ -98,11 +79,10 @@ class TyreFile:
             fault = f"turn slip, by {listed(turning)}, is not part of the law [E2433]"
             raise self.fault("USE_MODE", fault, f"USE_MODE = {self.numbers['USE_MODE'] - 1.0:g} without turn slip")
 
-    def unused_keys(self, results: Sequence[str], option: str = "") -> list[str]:
-        """Return the keys that have no influence on results, for a note; limits and the description of the model are
-        left out."""
-        used = tangential_law("magic_formula", self.version, option).coefficients(results, self.numbers)
-        unused = [n for n in self.numbers if n not in used and not _DESCRIPTIVE.fullmatch(self.sections[n])]
+    def unused_keys(self, used: Collection[str]) -> list[str]:
+        """Return the keys without ``used`` ones, for a note; limits and the description of the model are left out."""
+        own = [n for n in self.numbers if not _DESCRIPTIVE.fullmatch(self.sections.get(n, "MODEL"))]
+        unused = [n for n in own if n not in used]
         return sorted(unused + ["USE_MODE"] * (self.numbers.get("USE_MODE", 4.0) % 10.0 not in (4.0, 5.0)))
 
 
@@ -120,7 +100,7 @@ def read_tyre_file(path: Path) -> TyreFile:
     DescriptionError
         For a line that is not part of the format, a key that occurs twice, a wrong number and an unknown unit.
     """
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float] = {"FITTYP": 6.0}
     texts: dict[str, str] = {}
     units: dict[str, str] = {}
     lines: dict[str, int] = {}

@@ -14,13 +14,12 @@ from eomgen.scene.joint_types import JOINTS
 _OF_KINDS = {
     **{"time": "s", "position": "m", "velocity": "m/s", "acceleration": "m/s^2"},
     **{"rotation": "rad", "angular_velocity": "rad/s", "angular_acceleration": "rad/s^2"},
-    **dict.fromkeys(
-        ("gap", "contact_x", "contact_y", "contact_z", "contact_deflection", "bristle_x", "bristle_y"), "m"
-    ),
+    **{f"{name}_{axis}": "m" for name in ("contact", "bristle", "deflection") for axis in "xyz"},
+    **{"gap": "m", "contact_deflection": "m"},
     **dict.fromkeys(("gap_rate", "slip_velocity_x", "slip_velocity_y", "velocity_x", "velocity_y"), "m/s"),
-    **{"spin": "rad/s", "wheel_speed": "rad/s", "camber": "rad", "normal_force": "N"},
-    **dict.fromkeys(("friction_force_x", "friction_force_y"), "N"),
-    **{"length": "m", "rate": "m/s", "tension": "N", "load": "N", "deflection": "m"},
+    **dict.fromkeys(("turn_x", "turn_y", "spin", "wheel_speed"), "rad/s"),
+    **dict.fromkeys(("friction_force_x", "friction_force_y", "normal_force"), "N"),
+    **{"length": "m", "rate": "m/s", "tension": "N", "load": "N", "deflection": "m", "camber": "rad"},
 }
 _OF_LOCAL = dict(zip(LOCAL, ("m", "m/s", "rad", "rad/s"), strict=True))
 _PER_TIME = {"q": "", "v": "/s", "a": "/s^2"}
