@@ -27,7 +27,7 @@ from eomgen.products.ensembles.samples import LaneRunner, SampleBlock, SampleRun
 from eomgen.products.ensembles.side_by_side import SideBySide, common_runs, machine_sizes
 from eomgen.products.ensembles.statistics import CENTROIDS, ReducedSamples, are_kept, places_of_centroids
 from eomgen.products.gpu.driver import Device, Function, Memory, Module, driver
-from eomgen.products.gpu.nvrtc import EXACT, Cubin, compile_cubin
+from eomgen.products.gpu.nvrtc import EXACT, Cubin, compile_cubin, nvrtc
 from eomgen.products.gpu.target import CUDA, cuda_files
 from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Library
@@ -370,7 +370,7 @@ def compile_runs(
         return {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, called=())}
 
     content = library_content(document, front_end, selection, method) + head.encode()
-    options = (*EXACT, *(["-DEOMGEN_REAL_FLOAT"] if library.real == "float" else []))
+    options = (*EXACT, *nvrtc().for_steps, *(["-DEOMGEN_REAL_FLOAT"] if library.real == "float" else []))
     return compile_cubin(texts, _NAME, architecture, options, content=content)
 
 

@@ -6,7 +6,7 @@ same text for the host, with the same bits if products are not fused with sums.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -32,14 +32,15 @@ HOST = ("c++", "-x", "c++", "-std=c++20", "-O2", "-ffp-contract=off", "-shared",
 _STRUCTS, _HEADER_OF_STEPPER = "structs", "c/integrators/common/header.h.jinja"
 
 
-def fit_rows(sizes: Iterable[int]) -> bool:
-    """Return whether a function has a kernel for rows: outputs are long, and fit in the memory of a block."""
-    return LEAST <= max(sizes) <= MOST
-
-
 def functions_in_rows(program: Program) -> list[ProgramFunction]:
-    """Return the functions with a kernel for rows."""
-    return [item for item in program.functions if fit_rows(output.size for output in item.outputs)]
+    """Return the functions with a kernel for rows: outputs are long, and fit in the memory of a block. A pass over an
+    output leaves out the operations of others, but none of those whose values pass from part to part."""
+    return [
+        item
+        for item in program.functions
+        if LEAST <= max(output.size for output in item.outputs) <= MOST
+        and (len(item.outputs) == 1 or not item.workspace)
+    ]
 
 
 def cuda_files(program: Program, more: Mapping[str, str] = MappingProxyType({}), **known: object) -> dict[str, str]:
