@@ -18,7 +18,7 @@ import eomgen
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
 from eomgen.products.gpu.kernels import ALL_REGISTERS
-from eomgen.products.gpu.nvrtc import EXACT, compile_cubin, nvrtc
+from eomgen.products.gpu.nvrtc import EXACT, Usage, compile_cubin, nvrtc
 from eomgen.products.gpu.target import CUDA, cuda_files, functions_in_rows
 from eomgen.toolchain.cache import Cache
 from tests.examples.demos import demo_module
@@ -177,7 +177,7 @@ def usage(model: str, function: str = "") -> dict[str, int]:
     functions, of runs and of reductions."""
     if function == "step":
         return _usage_of_step(model)
-    rows, again = {}, [ALL_REGISTERS] * bool(function)
+    again, rows = [ALL_REGISTERS] * bool(function), dict[str, Usage]()
     with tempfile.TemporaryDirectory() as folder:
         for name, texts in texts_of(model, function.removesuffix("_rows")):
             options = (*EXACT, *(nvrtc().for_steps if name == "runs.cu" else ()))

@@ -175,8 +175,8 @@ class Nvrtc:
 
     @property
     def for_steps(self) -> tuple[str, ...]:
-        """Options for the text of a stepper: with ``min`` functions stay functions. By default NVRTC puts copies of them
-        into each other, takes ten times as long, and spills more registers; NVRTC 12 has no such option."""
+        """Options for the text of a stepper: with ``min`` its functions stay functions. By default NVRTC puts copies of
+        them into each other, takes ten times as long, and spills more registers. NVRTC 12 has no such option."""
         return ("--Ofast-compile=min",) * (int(self.version.partition(".")[0]) >= 13)
 
     def compile(self, texts: Mapping[str, str], name: str, options: Sequence[str]) -> tuple[bytes, str]:
