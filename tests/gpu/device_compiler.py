@@ -9,7 +9,7 @@ import json
 import re
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -206,9 +206,15 @@ def rows_of_table() -> list[str]:
     return [f"{model} {function}" for model in MODELS for function in MODELS[model]] + EXAMPLES
 
 
-if __name__ == "__main__":
-    assert sys.argv[1:2] == ["--update"]
-    kept = json.loads(TABLE.read_text(encoding="utf-8"))["kernels"] if sys.argv[2:] else {}
-    rows = kept | {name: usage(*name.split()) for name in sys.argv[2:] or rows_of_table()}
+def write(rows: Mapping[str, Mapping[str, int]]) -> None:
+    """Write the table anew, with the rows that are known."""
     lines = ",\n".join(f"  {json.dumps(name)}: {json.dumps(rows[name])}" for name in rows_of_table() if name in rows)
     TABLE.write_text(f'{{\n "version": "{version()}",\n "kernels": {{\n{lines}\n }}\n}}\n', encoding="utf-8")
+
+
+if __name__ == "__main__":
+    assert sys.argv[1:2] == ["--update"]
+    rows = json.loads(TABLE.read_text(encoding="utf-8"))["kernels"] if sys.argv[2:] else {}
+    for name in sys.argv[2:] or rows_of_table():
+        rows[name] = usage(*name.split())
+        write(rows)

@@ -157,6 +157,8 @@ class CNames:
     keeps_turns = True
     #: Word before large functions of steppers that are called from several places, and before more of a large model.
     called = in_large = ""
+    #: Word before arcs, exponentials, logarithms and powers.
+    elementary = "inline"
 
     def __init__(self, program: Program) -> None:
         self.program = program
