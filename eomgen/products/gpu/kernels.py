@@ -33,7 +33,7 @@ class Term:
     ----------
     function : of the layout of a Program
     prefix : of the names of its kernels
-    in_rows : whether it has a kernel for rows
+    in_rows : whether there is a kernel for rows
     """
 
     def __init__(self, function: Mapping[str, Any], prefix: str, *, in_rows: bool) -> None:

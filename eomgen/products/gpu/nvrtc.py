@@ -66,7 +66,9 @@ class Cubin:
     @functools.cached_property
     def usage(self) -> dict[str, Usage]:
         """Memory for a thread, by the name of the kernel."""
-        _, *parts = re.split(_ENTRY, self.log)
+        functions, *parts = re.split(_ENTRY, self.log)
+        if parts:
+            parts[1] += functions  # which a kernel of steps calls come before it, called by others after these
         return {
             name: Usage(_numbers(_REGISTERS, text)[0], max(_numbers(_STACK, text)), _sum_of_spills(text))
             for name, text in zip(parts[::2], parts[1::2], strict=True)
