@@ -1,4 +1,4 @@
-"""The kernel of a term of a model on a device: its text is made, compiled and loaded, or taken from the cache."""
+"""The kernel of a term of a model on a device: the text is made, compiled and loaded, or taken from the cache."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from eomgen.products.gpu.target import CUDA, cuda_files, functions_in_rows
 from eomgen.system.terms import Selection
 
 _FLOAT = "-DEOMGEN_REAL_FLOAT"
-#: For blocks of 144 threads at most, NVRTC 13 gives a thread all 255 registers; for 64 it gives some kernels 168, and
-#: spills the rest. Blocks have 64 threads all the same.
+#: For blocks of 144 threads at most, NVRTC 13 gives a thread all 255 registers; for 64 some kernels get 168,
+#: and spill the rest. Blocks have 64 threads all the same.
 ALL_REGISTERS = "-DEG_BOUND(threads)=144"
 #: The last Program whose text was written, by the content of the library: several terms of a model follow each other.
 _PROGRAMS: dict[bytes, Program] = {}

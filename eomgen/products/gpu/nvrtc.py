@@ -1,6 +1,6 @@
 """NVRTC, NVIDIA's compiler for devices, by ctypes: from texts to the machine code of a card, kept in the cache.
 
-NVRTC is a library, which needs neither a card nor nvcc. The packages torch, CuPy and JAX bring it along.
+NVRTC is a library, which needs neither a card nor nvcc. The packages torch, CuPy and JAX bring NVRTC along.
 """
 
 from __future__ import annotations
@@ -177,7 +177,7 @@ class Nvrtc:
 
     @property
     def for_steps(self) -> tuple[str, ...]:
-        """Options for the text of a stepper: with ``min`` its functions stay functions. By default NVRTC puts copies of
+        """Options for the text of a stepper: with ``min`` functions stay functions. By default NVRTC puts copies of
         them into each other, takes ten times as long, and spills more registers. NVRTC 12 has no such option."""
         return ("--Ofast-compile=min",) * (int(self.version.partition(".")[0]) >= 13)
 

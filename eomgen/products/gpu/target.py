@@ -25,7 +25,7 @@ from eomgen.products.gpu.nvrtc import HEADERS
 LIVE_LIMIT = 175
 #: Numbers of the longest output of a function with a kernel for rows, at least and at most.
 LEAST, MOST = 32, 90
-#: Operations for each number of its outputs at most. A thread that writes a number far from the others' fills a sector
+#: Operations for each number of the outputs at most. A thread that writes a number far from the others' fills a sector
 #: of the second-level cache, 32 bytes: at 5.5 TB/s as long as 92 operations in double take, at 15.8e12 a second.
 OPERATIONS = 92
 #: Options by which NVRTC takes the text; the last keeps the bits: products are not fused with sums.
