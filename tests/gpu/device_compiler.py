@@ -19,7 +19,7 @@ from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
 from eomgen.products.gpu.kernels import ALL_REGISTERS
 from eomgen.products.gpu.nvrtc import EXACT, Usage, compile_cubin, nvrtc
-from eomgen.products.gpu.target import CUDA, cuda_files, functions_in_rows
+from eomgen.products.gpu.target import CUDA, STRUCTS, cuda_files, functions_in_rows, thread_bytes
 from eomgen.toolchain.cache import Cache
 from tests.examples.demos import demo_module
 
@@ -162,13 +162,15 @@ def described(model: str) -> Any:
     return getattr(demo_module(model, file), function)(*arguments)
 
 
-def texts_of(model: str, term: str = "") -> Iterator[tuple[str, dict[str, str]]]:
-    """Yield names and texts for NVRTC: of the functions of a model, or of one term, and of runs."""
+def texts_of(model: str, term: str = "") -> Iterator[tuple[str, dict[str, str], tuple[str, ...]]]:
+    """Yield names, texts and options for NVRTC: of the functions of a model, or of one term, and of runs."""
     document, front_end = as_document(described(model))
     program, refusal = exported_program(document, front_end, CUDA, [term] if term else None)
-    yield f"{program.prefix}.cu", cuda_files(program, in_rows=functions_in_rows(program))
+    yield f"{program.prefix}.cu", cuda_files(program, in_rows=functions_in_rows(program)), EXACT
     if not term and not refusal:
-        yield "runs.cu", {"runs.cu": f'{COLUMN}#include "{program.prefix}.cu"\n', **cuda_files(program, called=())}
+        texts = {"runs.cu": f'{COLUMN}#include "{program.prefix}.cu"\n', **cuda_files(program, STRUCTS, called=())}
+        size = sum(thread_bytes(program, "double", texts.pop("structs")).values())
+        yield "runs.cu", texts, (*EXACT, *nvrtc().for_steps(size))
 
 
 def usage(model: str, function: str = "") -> dict[str, int]:
@@ -179,8 +181,7 @@ def usage(model: str, function: str = "") -> dict[str, int]:
         return _usage_of_step(model)
     again, rows = [ALL_REGISTERS] * bool(function), dict[str, Usage]()
     with tempfile.TemporaryDirectory() as folder:
-        for name, texts in texts_of(model, function.removesuffix("_rows")):
-            options = (*EXACT, *(nvrtc().for_steps if name == "runs.cu" else ()))
+        for name, texts, options in texts_of(model, function.removesuffix("_rows")):
             rows |= compile_cubin(texts, name, "sm_90", options, again=again, cache=Cache(folder)).usage
     chosen = [row for name, row in rows.items() if name.endswith(f"_{function}_kernel" if function else "")]
     return {key: max(getattr(row, key) for row in chosen) for key in ("registers", "stack", "spills")}

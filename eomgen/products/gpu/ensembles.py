@@ -20,6 +20,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.equations import ENERGIES
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.integrators.stepper_layout import STEPPER_SIZES
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
@@ -371,7 +372,8 @@ def compile_runs(
         return {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, called=())}
 
     content = library_content(document, front_end, selection, method) + head.encode()
-    options = (*EXACT, *nvrtc().for_steps, *(["-DEOMGEN_REAL_FLOAT"] if library.real == "float" else []))
+    size = sum(library.lib.eomgen_stepper_size(STEPPER_SIZES.index(name)) for name in ("state", "workspace"))
+    options = (*EXACT, *nvrtc().for_steps(size), *(["-DEOMGEN_REAL_FLOAT"] if library.real == "float" else []))
     return compile_cubin(texts, _NAME, architecture, options, content=content)
 
 

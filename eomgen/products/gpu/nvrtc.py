@@ -175,11 +175,14 @@ class Nvrtc:
         size = Path(path).stat().st_size if Path(path).is_file() else 0
         self.identity = f"{path}|{self.version}|{size}"
 
-    @property
-    def for_steps(self) -> tuple[str, ...]:
-        """Options for the text of a stepper: with ``min`` functions stay functions. By default NVRTC puts copies of
-        them into each other, takes ten times as long, and spills more registers. NVRTC 12 has no such option."""
-        return ("--Ofast-compile=min",) * (int(self.version.partition(".")[0]) >= 13)
+    def for_steps(self, size: int) -> tuple[str, ...]:
+        """Return the options for the text of a stepper with so many bytes of state and workspace.
+
+        With ``min`` functions stay functions. By default NVRTC puts copies of them into each other, which takes up to
+        twenty times as long and spills more registers, but lets few numbers be registers for the whole run. NVRTC 12
+        has no such option.
+        """
+        return ("--Ofast-compile=min",) * (size > 4 * _ALL and int(self.version.partition(".")[0]) >= 13)
 
     def compile(self, texts: Mapping[str, str], name: str, options: Sequence[str]) -> tuple[bytes, str]:
         """Return machine code and log of text ``name``, which includes the other texts. Raises ToolchainError."""

@@ -32,7 +32,8 @@ OPERATIONS = 92
 NVRTC = ("--std=c++20", "-default-device", "-fmad=false")
 #: The same for a C++ compiler, which makes a library for the host.
 HOST = ("c++", "-x", "c++", "-std=c++20", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
-_STRUCTS, _HEADER_OF_STEPPER = "structs", "c/integrators/common/header.h.jinja"
+#: Template of the structs of a stepper, by file name.
+STRUCTS = {"structs": "c/integrators/common/header.h.jinja"}
 
 
 def functions_in_rows(program: Program) -> list[ProgramFunction]:
@@ -76,7 +77,7 @@ def _kernels(program: Program) -> dict[str, dict[str, Any]]:
     }
 
 
-def _thread_bytes(program: Program, real: str, structs: str) -> dict[str, int]:
+def thread_bytes(program: Program, real: str, structs: str) -> dict[str, int]:
     """Return the bytes of the structs ``state`` and ``workspace`` of a run, from their declarations in C."""
     from cffi import FFI  # noqa: PLC0415  # slow to import
 
@@ -94,13 +95,13 @@ def _files(program: Program) -> dict[str, str]:
     real = str(program.defaults.get("real", "double"))
     options = ["-DEOMGEN_REAL_FLOAT"] * (real == "float")
     commands = {"nvrtc": [*NVRTC, *options], "host": " ".join([*HOST, *options, f"{program.prefix}.cu"])}
-    templates = {"README.md": "gpu/README.md.jinja"} | ({_STRUCTS: _HEADER_OF_STEPPER} if program.method else {})
+    templates = {"README.md": "gpu/README.md.jinja"} | (STRUCTS if program.method else {})
     known = {"commands": commands, "empty_headers": HEADERS, "in_rows": functions_in_rows(program)}
     files = cuda_files(program, templates, **known)
-    structs = files.pop(_STRUCTS, None)
+    structs = files.pop("structs", None)
     kernels: dict[str, object] = {"kernels": _kernels(program), "empty_headers": HEADERS}
     if structs is not None:
-        kernels["thread_bytes"] = _thread_bytes(program, real, structs)
+        kernels["thread_bytes"] = thread_bytes(program, real, structs)
     return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **commands, **kernels)}
 
 
