@@ -12,9 +12,9 @@ from types import ModuleType
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-def demo_module(name: str) -> ModuleType:
-    """Return the demo of an example as a module."""
-    spec = importlib.util.spec_from_file_location(f"{name}_demo", EXAMPLES / name / "demo.py")
+def demo_module(name: str, file: str = "demo.py") -> ModuleType:
+    """Return the demo of an example, or another program of it, as a module."""
+    spec = importlib.util.spec_from_file_location(f"{name}_demo", EXAMPLES / name / file)
     assert spec is not None and spec.loader is not None
     module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

@@ -4,21 +4,24 @@
 from __future__ import annotations
 
 import ctypes
-import dataclasses
 import importlib.util
 import json
 import re
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import eomgen
+from eomgen.pipeline.documents import as_document
+from eomgen.pipeline.generation import exported_program
 from eomgen.products.gpu.kernels import ALL_REGISTERS
-from eomgen.products.gpu.nvrtc import compile_cubin
+from eomgen.products.gpu.nvrtc import EXACT, Usage, compile_cubin, nvrtc
+from eomgen.products.gpu.target import CUDA, STRUCTS, cuda_files, functions_in_rows, thread_bytes
 from eomgen.toolchain.cache import Cache
+from tests.examples.demos import demo_module
 
 ROOT = Path(__file__).parents[2]
 TABLE = Path(__file__).parent / "registers.json"
@@ -30,28 +33,51 @@ MODELS: dict[str, tuple[str, ...]] = {
     "active_vehicle": ("forward_dynamics", "partials", "step"),
     "spin_up_beam": ("forward_dynamics", "partials", "step"),
 }
-#: Examples with a scene in a file. All others are programs in Python that describe, control or train, with no text of
-#: their own for a card.
-EXAMPLES = sorted(path.parent.name for path in (ROOT / "examples").glob("*/scene.toml"))
-#: Examples without a row: NVRTC compiles their runs for minutes, or no time was measured.
-NOT_MEASURED = frozenset(
+#: Examples with a scene in another file than ``scene.toml``, or by a function of a program: its file, name, arguments.
+ELSEWHERE: dict[str, str | tuple[str, str, *tuple[int, ...]]] = {
+    "acrobot_swing_up": "model/scene.toml",
+    "car": "system/car.toml",
+    "car_in_side_wind": "system/car.toml",
+    "cart_pole_swing_up": "model/scene.toml",
+    "coupled_fmus": "scenes/monolith.toml",
+    "driving_car": "system/full_car.toml",
+    "duffing_random_excitation": "system/oscillator.toml",
+    "fastest_panda": ("demo.py", "arm"),
+    "flexible_slider_crank": ("crank.py", "scene", 4),
+    "flying_spaghetti": ("spaghetti.py", "scene", 16),
+    "frame_in_earthquake": ("demo.py", "scene"),
+    "heavy_top": "se3.toml",
+    "hopping_leg": "system/hopper.toml",
+    "identified_arm": ("demo.py", "scene"),
+    "identified_quarter_car": ("demo.py", "scene"),
+    "moored_platform": "system/platform.toml",
+    "motorcycle": "system/motorcycle.toml",
+    "quarter_car_on_random_road": ("demo.py", "scene"),
+    "right_angle_cantilever": ("cantilever.py", "scene", 10),
+    "roll_up": ("roll_up.py", "scene", 8),
+    "rolling_tyre": "system/wheel.toml",
+    "rotor_blade": ("blade.py", "scene", 8),
+    "scalar_wave": ("demo.py", "pulse"),
+    "tippe_top": "system/top.toml",
+    "vehicle_with_preview": "model/scene.toml",
+}
+#: Folders without a text of their own for a card: fields on meshes, Hamiltonians, waves, and scenes of other examples.
+WITHOUT_TEXT = frozenset(
     (
-        "cable_net",
-        "elastic_pendulum",
-        "elastic_vehicle",
-        "half_car_on_measured_road",
-        "hanging_chain",
-        "jerk_limited_arm",
-        "misaligned_four_bar",
-        "pi_servo",
-        "quarter_car_on_bump",
-        "rattleback",
-        "robot_arm",
-        "sea_arm",
-        "slider_crank_spatial",
-        "unbalanced_shaft",
+        "density_field",
+        "henon_heiles",
+        "outer_solar_system",
+        "radar_image_of_a_swell",
+        "receding_horizon",
+        "storm_in_lagrangian_waves",
+        "turned_four_bar",
+        "verification",
     )
 )
+FOLDERS = {path.parent.name for path in (ROOT / "examples").glob("*/README.md")} | {"verification"}
+EXAMPLES = sorted(FOLDERS - WITHOUT_TEXT)
+#: The record of runs has one column, the first coordinate.
+COLUMN = "#define EG_COLUMN_COUNT 1\n#define EG_COLUMNS(take) take(0, line[1])\n"
 #: A kernel of steps, after the model and its stepper.
 STEP = """
 EG_KERNEL(128) P_step_kernel(const P_parameters *p, const P_settings *settings, P_state *states, long steps)
@@ -122,31 +148,49 @@ def _strings(texts: Sequence[str]) -> Any:
     return (ctypes.c_char_p * len(texts))(*(text.encode() for text in texts))
 
 
+def described(model: str) -> Any:
+    """Return the scene of a robot or of an example."""
+    if model in ("panda", "talos"):
+        from benchmarks.robots import ROBOTS, scene
+
+        return scene(ROBOTS[model])
+    there, folder = ELSEWHERE.get(model, "scene.toml"), ROOT / "examples" / model
+    if isinstance(there, str):
+        return folder / there
+    file, function, *arguments = there
+    sys.path[:0] = [str(folder)] * (str(folder) not in sys.path)
+    return getattr(demo_module(model, file), function)(*arguments)
+
+
+def texts_of(model: str, term: str = "") -> Iterator[tuple[str, dict[str, str], tuple[str, ...]]]:
+    """Yield names, texts and options for NVRTC: of the functions of a model, or of one term, and of runs."""
+    document, front_end = as_document(described(model))
+    program, refusal = exported_program(document, front_end, CUDA, [term] if term else None)
+    yield f"{program.prefix}.cu", cuda_files(program, in_rows=functions_in_rows(program)), EXACT
+    if not term and not refusal:
+        texts = {"runs.cu": f'{COLUMN}#include "{program.prefix}.cu"\n', **cuda_files(program, STRUCTS, called=())}
+        size = sum(thread_bytes(program, "double", texts.pop("structs")).values())
+        yield "runs.cu", texts, (*EXACT, *nvrtc().for_steps(size))
+
+
 def usage(model: str, function: str = "") -> dict[str, int]:
     """Return registers of a thread, bytes of its stack with all calls, and bytes of registers that are stored and
     loaded, for a kernel on an H100 or H200; without a function, the most of all kernels of an example: of its
     functions, of runs and of reductions."""
-    if model in ("panda", "talos"):
-        from benchmarks.robots import ROBOTS, scene
+    if function == "step":
+        return _usage_of_step(model)
+    again, rows = [ALL_REGISTERS] * bool(function), dict[str, Usage]()
+    with tempfile.TemporaryDirectory() as folder:
+        for name, texts, options in texts_of(model, function.removesuffix("_rows")):
+            rows |= compile_cubin(texts, name, "sm_90", options, again=again, cache=Cache(folder)).usage
+    chosen = [row for name, row in rows.items() if name.endswith(f"_{function}_kernel" if function else "")]
+    return {key: max(getattr(row, key) for row in chosen) for key in ("registers", "stack", "spills")}
 
-        described: Any = scene(ROBOTS[model])
-    else:
-        described = ROOT / "examples" / model / "scene.toml"
-    step = function == "step"
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        terms = [function.removesuffix("_rows")] if function and not step else None
-        eomgen.generate(described, folder, terms, target="cuda")
-        if not step:
-            texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()}
-            prefix = json.loads(texts.pop("manifest.json"))["model"]
-            again, cache = [ALL_REGISTERS] * bool(function), Cache(folder / "cache")
-            code = compile_cubin(texts, f"{prefix}.cu", "sm_90", again=again, cache=cache)
-            if function:
-                return dataclasses.asdict(code.usage[f"{prefix}_{function}_kernel"])
-            rows = [dataclasses.asdict(row) for row in code.usage.values()]
-            return {key: max(row[key] for row in rows) for key in rows[0]}
-        status, log = compile_text(folder, "-arch=sm_90", "--ptxas-options=-v", step=True)
+
+def _usage_of_step(model: str) -> dict[str, int]:
+    with tempfile.TemporaryDirectory() as folder:
+        eomgen.generate(described(model), folder, target="cuda")
+        status, log = compile_text(Path(folder), "-arch=sm_90", "--ptxas-options=-v", step=True)
     assert status == 0, log
     part = next(text for text in log.split("Compiling entry function")[1:] if "_step_kernel'" in text)
     (stack,) = re.findall(r"(\d+) bytes cumulative stack", part)
@@ -160,14 +204,18 @@ def usage(model: str, function: str = "") -> dict[str, int]:
 
 def rows_of_table() -> list[str]:
     """Return the names of all rows: a model with a function, or an example."""
-    return [f"{model} {function}" for model in MODELS for function in MODELS[model]] + [
-        name for name in EXAMPLES if name not in NOT_MEASURED
-    ]
+    return [f"{model} {function}" for model in MODELS for function in MODELS[model]] + EXAMPLES
+
+
+def write(rows: Mapping[str, Mapping[str, int]]) -> None:
+    """Write the table anew, with the rows that are known."""
+    lines = ",\n".join(f"  {json.dumps(name)}: {json.dumps(rows[name])}" for name in rows_of_table() if name in rows)
+    TABLE.write_text(f'{{\n "version": "{version()}",\n "kernels": {{\n{lines}\n }}\n}}\n', encoding="utf-8")
 
 
 if __name__ == "__main__":
     assert sys.argv[1:2] == ["--update"]
-    kept = json.loads(TABLE.read_text(encoding="utf-8"))["kernels"] if sys.argv[2:] else {}
-    rows = kept | {name: usage(*name.split()) for name in sys.argv[2:] or rows_of_table()}
-    lines = ",\n".join(f"  {json.dumps(name)}: {json.dumps(rows[name])}" for name in rows_of_table())
-    TABLE.write_text(f'{{\n "version": "{version()}",\n "kernels": {{\n{lines}\n }}\n}}\n', encoding="utf-8")
+    rows = json.loads(TABLE.read_text(encoding="utf-8"))["kernels"] if sys.argv[2:] else {}
+    for name in sys.argv[2:] or rows_of_table():
+        rows[name] = usage(*name.split())
+        write(rows)

@@ -10,10 +10,11 @@ import pytest
 
 import eomgen
 from tests.gpu.device_compiler import (
+    ELSEWHERE,
     EXAMPLES,
-    ROOT,
     TABLE,
     compile_text,
+    described,
     folder_of_libraries,
     rows_of_table,
     usage,
@@ -25,11 +26,16 @@ __test__ = folder_of_libraries() is not None
 ALLOWANCE = 1.25
 
 
+def test_the_table_has_a_row_for_each_example() -> None:
+    assert list(json.loads(TABLE.read_text(encoding="utf-8"))["kernels"]) == rows_of_table()
+
+
 @pytest.mark.slow
 @pytest.mark.long_cases("elastic_pendulum", "hanging_chain", "misaligned_four_bar", "unbalanced_shaft")
+@pytest.mark.long_cases(*ELSEWHERE.keys() - {"heavy_top", "tippe_top"})
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_text_of_an_example_compiles_in_double_and_in_float(name: str, tmp_path: Path) -> None:
-    eomgen.generate(ROOT / "examples" / name / "scene.toml", tmp_path, target="cuda")
+    eomgen.generate(described(name), tmp_path, target="cuda")
     for number in ([], ["-DEOMGEN_REAL_FLOAT"]):
         status, log = compile_text(tmp_path, "-arch=compute_90", "--Ofast-compile=max", *number)
         assert status == 0, log

@@ -222,9 +222,7 @@ def test_bytes_of_structs_are_as_a_compiler_has_them(tmp_path: Path) -> None:
     eomgen.generate(SWING, tmp_path / "swing", target="cuda", method="rk4")
     manifest = json.loads((tmp_path / "swing" / "manifest.json").read_text())
     program = f'#include "swing.h"\n#include <stdio.h>\nint main(void) {{ printf("%zu", {SIZE}); }}\n'
-    (tmp_path / "swing" / "size.cpp").write_text(
-        "#define EOMGEN_CUDA\n#define EG_IN auto\n#define EG_OUT auto\n" + program
-    )
+    (tmp_path / "swing" / "size.cpp").write_text('#include "eomgen_cuda.h"\n' + program)
     subprocess.run(["c++", "-std=c++20", "size.cpp", "-o", "size"], cwd=tmp_path / "swing", check=True)
     told = subprocess.run([tmp_path / "swing" / "size"], capture_output=True, text=True, check=True)
     assert sum(manifest["thread_bytes"].values()) == int(told.stdout)

@@ -23,12 +23,24 @@ FEW = """ptxas info    : Compiling entry function 'arm_kernel' for 'sm_90'
 ptxas         .     752 bytes stack frame, 748 bytes spill stores, 748 bytes spill loads
 ptxas info    : Used 168 registers, used 0 barriers, 752 bytes cumulative stack size, 26880 bytes smem
 """
+#: A text for steps, which stay functions: these come before the kernel.
+STEPS = """ptxas info    : Function properties for arm_advance
+ptxas         .     168 bytes stack frame, 116 bytes spill stores, 120 bytes spill loads
+ptxas info    : Compiling entry function 'arm_runs' for 'sm_90'
+ptxas         .     3904 bytes stack frame, 32 bytes spill stores, 30 bytes spill loads
+ptxas info    : Used 255 registers, used 0 barriers, 4872 bytes cumulative stack size
+"""
 ALL = FEW.replace("168", "255").replace("75", "10").replace("74", "10")
 
 
 def test_spills_in_memory_of_the_block_are_no_spills() -> None:
     assert Cubin(b"", IN_BLOCK).usage == {"arm_kernel": Usage(255, 0, 0)}
     assert Cubin(b"", FEW).usage == {"arm_kernel": Usage(168, 752, 1496)}
+
+
+def test_functions_before_the_first_kernel_are_its_own() -> None:
+    assert Cubin(b"", STEPS).usage == {"arm_runs": Usage(255, 4872, 298)}
+    assert Cubin(b"", "").usage == {}
 
 
 @pytest.mark.parametrize(

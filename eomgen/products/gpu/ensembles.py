@@ -20,6 +20,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.equations import ENERGIES
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.integrators.stepper_layout import STEPPER_SIZES
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
@@ -27,17 +28,18 @@ from eomgen.products.ensembles.samples import LaneRunner, SampleBlock, SampleRun
 from eomgen.products.ensembles.side_by_side import SideBySide, common_runs, machine_sizes
 from eomgen.products.ensembles.statistics import CENTROIDS, ReducedSamples, are_kept, places_of_centroids
 from eomgen.products.gpu.driver import Device, Function, Memory, Module, driver
-from eomgen.products.gpu.nvrtc import EXACT, Cubin, compile_cubin
+from eomgen.products.gpu.nvrtc import EXACT, Cubin, compile_cubin, nvrtc
 from eomgen.products.gpu.target import CUDA, cuda_files
 from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Library
 
-#: Samples of a chunk at most and at least, numbers of its record at most, and its evaluations times degrees of freedom
-#: from which on it has fewer samples, so that a chunk takes about a second: for progress and Ctrl-C.
+#: Samples of a chunk at most and at least, numbers of the record at most, and evaluations times degrees of freedom from
+#: which on there are fewer samples, so that a chunk takes about a second: for progress and Ctrl-C.
 _MOST, _LEAST, _RECORD, _WORK = 2**17, 2**13, 2**27, 2e11
 #: Threads that a multiprocessor holds, each of which has a stack as soon as a kernel is started.
 _RESIDENT = 2048
-#: Largest violation of constraints, in sizes of the machine, above which a sample is checked alone; it fails from 1e-3.
+#: Largest violation of constraints, in sizes of the machine, above which a sample is checked alone;
+#: samples fail from 1e-3 on.
 _VIOLATION = 1e-5
 
 
@@ -130,7 +132,7 @@ class DeviceSamples(SampleRunner):
         use[recorded[self.thinned]] += 8 * np.arange(1, 1 + len(self.thinned), dtype=np.intc)
         place = np.searchsorted(recorded, np.arange(count))  # an event's row follows the recorded rows before it
         stopped = (use[recorded][place] & ~7) | (use[-1] & 4) | 3
-        times = np.append(self.times[:-1], -np.inf)[place]  # as the last row it ends the record of a whole run
+        times = np.append(self.times[:-1], -np.inf)[place]  # the last row, as of a whole run
         return np.ascontiguousarray(np.stack([np.array(steps, np.intc), use, stopped], axis=1)), times
 
     @property
@@ -370,7 +372,8 @@ def compile_runs(
         return {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, called=())}
 
     content = library_content(document, front_end, selection, method) + head.encode()
-    options = (*EXACT, *(["-DEOMGEN_REAL_FLOAT"] if library.real == "float" else []))
+    size = sum(library.lib.eomgen_stepper_size(STEPPER_SIZES.index(name)) for name in ("state", "workspace"))
+    options = (*EXACT, *nvrtc().for_steps(size), *(["-DEOMGEN_REAL_FLOAT"] if library.real == "float" else []))
     return compile_cubin(texts, _NAME, architecture, options, content=content)
 
 

@@ -51,8 +51,9 @@ class Options(TypedDict, total=False):
 def gpu(scene: Model | Described, *, real: str = "double", fused: bool = False, device: int = 0) -> GpuFunctions:
     """Return the functions of a model for arrays on a card of NVIDIA, compiled at first use.
 
-    A call is one kernel, a thread for each state, on the stream of the caller's package. NVRTC compiles it: nvcc is not
-    needed. Bits are equal to the bits of the processor (profile ``reproducible``) unless ``fused`` is chosen.
+    A call is one kernel, a thread for each state, on the stream of the caller's package. NVRTC compiles the text:
+    nvcc is not needed. Bits are equal to the bits of the processor (profile ``reproducible``) unless ``fused`` is
+    chosen.
 
     Parameters
     ----------

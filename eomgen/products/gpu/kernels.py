@@ -1,9 +1,8 @@
-"""The kernel of a term of a model on a device: its text is made, compiled and loaded, or taken from the cache."""
+"""The kernel of a term of a model on a device: the text is made, compiled and loaded, or taken from the cache."""
 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,12 +15,12 @@ from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
 from eomgen.products.gpu.driver import Device, Function, Module
 from eomgen.products.gpu.nvrtc import EXACT, LAYOUT, Cubin, compile_cubin
-from eomgen.products.gpu.target import CUDA, cuda_files, fit_rows, functions_in_rows
+from eomgen.products.gpu.target import CUDA, cuda_files, functions_in_rows
 from eomgen.system.terms import Selection
 
 _FLOAT = "-DEOMGEN_REAL_FLOAT"
-#: For blocks of 144 threads at most, NVRTC 13 gives a thread all 255 registers; for 64 it gives some kernels 168, and
-#: spills the rest. Blocks have 64 threads all the same.
+#: For blocks of 144 threads at most, NVRTC 13 gives a thread all 255 registers; for 64 some kernels get 168,
+#: and spill the rest. Blocks have 64 threads all the same.
 ALL_REGISTERS = "-DEG_BOUND(threads)=144"
 #: The last Program whose text was written, by the content of the library: several terms of a model follow each other.
 _PROGRAMS: dict[bytes, Program] = {}
@@ -34,19 +33,20 @@ class Term:
     ----------
     function : of the layout of a Program
     prefix : of the names of its kernels
+    in_rows : whether there is a kernel for rows
     """
 
-    def __init__(self, function: Mapping[str, Any], prefix: str) -> None:
+    def __init__(self, function: Mapping[str, Any], prefix: str, *, in_rows: bool) -> None:
         self.name: str = function["name"]
         self.blocks: tuple[str, ...] = tuple(function["inputs"])
         self.sizes = tuple(int(size) for size in function["input_sizes"])
         self.names = tuple(str(output["name"]) for output in function["outputs"])
         self.shapes = [tuple(output["shape"]) for output in function["outputs"]]
-        self._start, self._fits_rows = f"{prefix}_{self.name}", fit_rows(map(math.prod, self.shapes))
+        self._start, self._in_rows = f"{prefix}_{self.name}", in_rows
 
     def kernel(self, module: Module, *, rows: bool) -> Function:
         """Return the kernel for outputs in rows, or for all others."""
-        return module.function(f"{self._start}{'_rows' if rows and self._fits_rows else ''}_kernel")
+        return module.function(f"{self._start}{'_rows' if rows and self._in_rows else ''}_kernel")
 
 
 def load_kernel(model: CompiledModel, term: str, real: str, device: Device, *, fused: bool) -> tuple[Module, Term]:
@@ -65,7 +65,7 @@ def load_kernel(model: CompiledModel, term: str, real: str, device: Device, *, f
     cubin = compile_term(model, term, device.architecture, real, fused=fused)
     layout = json.loads(cubin.layout)
     function = next(function for function in layout["functions"] if function["name"] == term)
-    return device.load(cubin.image), Term(function, layout["prefix"])
+    return device.load(cubin.image), Term(function, layout["prefix"], in_rows=term in layout["in_rows"])
 
 
 def compile_term(
@@ -89,8 +89,9 @@ def compile_term(
             _PROGRAMS[content] = whole
         kept = {term, whole.function(term).same_as}
         program = replace(whole, functions=tuple(one for one in whole.functions if one.name in kept))
-        files = cuda_files(program, in_rows=functions_in_rows(program))
-        return {**files, LAYOUT: json.dumps(interface_layout(program))}
+        in_rows = functions_in_rows(program)
+        told = {**interface_layout(program), "in_rows": [item.name for item in in_rows]}
+        return {**cuda_files(program, in_rows=in_rows), LAYOUT: json.dumps(told)}
 
     options = (*(() if fused else EXACT), *((_FLOAT,) if real == "float" else ()))
     every = term.encode() + b"\0" + content

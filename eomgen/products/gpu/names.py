@@ -14,7 +14,7 @@ class CudaNames(CNames):
     """
 
     keeps_turns = False
-    called, in_large = "EG_CALLED ", "EG_IN_LARGE "
+    called, in_large, elementary = "EG_CALLED ", "EG_IN_LARGE ", "EG_CALLED"
 
     def input_type(self, block: str) -> str:
         """Return the declaration of an input argument: ``EG_IN q``."""

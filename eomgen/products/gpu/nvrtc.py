@@ -1,6 +1,6 @@
 """NVRTC, NVIDIA's compiler for devices, by ctypes: from texts to the machine code of a card, kept in the cache.
 
-NVRTC is a library, which needs neither a card nor nvcc. The packages torch, CuPy and JAX bring it along.
+NVRTC is a library, which needs neither a card nor nvcc. The packages torch, CuPy and JAX bring NVRTC along.
 """
 
 from __future__ import annotations
@@ -66,7 +66,9 @@ class Cubin:
     @functools.cached_property
     def usage(self) -> dict[str, Usage]:
         """Memory for a thread, by the name of the kernel."""
-        _, *parts = re.split(_ENTRY, self.log)
+        functions, *parts = re.split(_ENTRY, self.log)
+        if parts:
+            parts[1] += functions  # which a kernel of steps calls come before it, called by others after these
         return {
             name: Usage(_numbers(_REGISTERS, text)[0], max(_numbers(_STACK, text)), _sum_of_spills(text))
             for name, text in zip(parts[::2], parts[1::2], strict=True)
@@ -172,6 +174,15 @@ class Nvrtc:
         self.version = ".".join(str(number.value) for number in numbers)
         size = Path(path).stat().st_size if Path(path).is_file() else 0
         self.identity = f"{path}|{self.version}|{size}"
+
+    def for_steps(self, size: int) -> tuple[str, ...]:
+        """Return the options for the text of a stepper with so many bytes of state and workspace.
+
+        With ``min`` functions stay functions. By default NVRTC puts copies of them into each other, which takes up to
+        twenty times as long and spills more registers, but lets few numbers be registers for the whole run. NVRTC 12
+        has no such option.
+        """
+        return ("--Ofast-compile=min",) * (size > 4 * _ALL and int(self.version.partition(".")[0]) >= 13)
 
     def compile(self, texts: Mapping[str, str], name: str, options: Sequence[str]) -> tuple[bytes, str]:
         """Return machine code and log of text ``name``, which includes the other texts. Raises ToolchainError."""

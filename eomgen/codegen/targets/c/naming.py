@@ -155,8 +155,9 @@ class CNames:
 
     #: Whether steppers keep cosines and sines of the distances in a grid of times.
     keeps_turns = True
-    #: Word before large functions of steppers that are called from several places, and before more of a large model.
-    called = in_large = ""
+    #: Word before large functions of steppers that are called from several places, before more of a large model, and
+    #: before arcs, exponentials, logarithms and powers.
+    called, in_large, elementary = "", "", "inline"
 
     def __init__(self, program: Program) -> None:
         self.program = program
