@@ -100,7 +100,7 @@ def test_friction_holds_a_wheel_up_to_nine_tenths_of_its_limit(axis: str) -> Non
 
 @pytest.mark.slow
 def test_the_carcass_of_a_small_wheel_is_as_soft_as_its_normal_law() -> None:
-    """A toy of 0.2 kg on a slope stands at explicit steps of 1 ms, and its carcass yields 15/15 of the stiffness."""
+    """A toy of 0.2 kg on a slope stands at explicit steps of 1 ms; both stiffnesses are equal at STIFFNESS = 15."""
     law = 'type = "brush", coefficients = { STIFFNESS = 15, FRICTION = 0.9 }'
     text = GUIDED.replace("mass = 20, inertia = [0.6, 1.1, 0.6]", "mass = 0.1, inertia = [1e-5, 2e-5, 1e-5]")
     text = text.replace('200 kN/m"', '200 N/m", damping = 2').replace("radius = 0.31", "radius = 0.03")

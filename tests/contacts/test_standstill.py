@@ -1,4 +1,4 @@
-"""A car with locked wheels on a slope of 20 % stands: its springs are the lagged slips of the tyres."""
+"""A car with locked wheels on a slope of 20 % stands: its springs are the carcasses of the tyres."""
 
 from __future__ import annotations
 
