@@ -14,7 +14,7 @@ from eomgen.simulation.stepping.run import Run
 UNRESOLVED = Limit(1.0, "1", "step times angular frequency of an impact", "three steps to an impact")
 GROWTH = Limit(0.1, "1", "growth of explicit steps in one radian of a contact's motion", "a factor of 2 in a period")
 #: Larger scenes are left out: the time of the inertia grows with the cube.
-_MOST_VELOCITIES = 1000
+_MOST_VELOCITIES = 500
 
 
 def contacts_of(run: Run) -> list[Any]:
@@ -22,7 +22,7 @@ def contacts_of(run: Run) -> list[Any]:
     model, contacts = run.model, run.model.description.parts.get("contacts", ())
     if not contacts or run.method.chooses_steps:
         return []
-    terms = ("poses", "twists", "mass", "constraint_jacobian" if model.multipliers else "forward_dynamics")
+    terms = ("poses", "twists", "inverse_dynamics", "constraint_jacobian" if model.multipliers else "forward_dynamics")
     known = model.nv <= _MOST_VELOCITIES and all(term in model.functions for term in terms)
     return [*contacts] if known else []
 
