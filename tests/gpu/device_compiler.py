@@ -40,7 +40,7 @@ ELSEWHERE: dict[str, str | tuple[str, str, *tuple[int, ...]]] = {
     "car_in_side_wind": "system/car.toml",
     "cart_pole_swing_up": "model/scene.toml",
     "coupled_fmus": "scenes/monolith.toml",
-    "driving_car": "system/full_car.toml",
+    "driving_car": "system/lane_change.toml",
     "duffing_random_excitation": "system/oscillator.toml",
     "fastest_panda": ("demo.py", "arm"),
     "flexible_slider_crank": ("crank.py", "scene", 4),
