@@ -77,7 +77,7 @@ WITHOUT_TEXT = frozenset(
 FOLDERS = {path.parent.name for path in (ROOT / "examples").glob("*/README.md")} | {"verification"}
 EXAMPLES = sorted(FOLDERS - WITHOUT_TEXT)
 #: Examples without a row: NVRTC takes minutes for their functions.
-NOT_MEASURED = frozenset(("flexible_slider_crank", "flying_spaghetti", "misaligned_four_bar", "motorcycle"))
+NOT_MEASURED = frozenset(("flexible_slider_crank", "flying_spaghetti", "motorcycle"))
 #: The record of runs has one column, the first coordinate.
 COLUMN = "#define EG_COLUMN_COUNT 1\n#define EG_COLUMNS(take) take(0, line[1])\n"
 #: A kernel of steps, after the model and its stepper.
