@@ -96,3 +96,28 @@ def test_runs_of_a_long_jointed_chain_have_what_tells_a_drift(monkeypatch: pytes
     model = build_for_run(jointed_chain(60, tied=False), profile="instant")
     assert "mass" not in model.terms
     assert re.search(WHICH, model.simulate(0.01, 1e-3, error_estimate=False).message)
+
+
+def test_friction_of_short_contacts_between_the_examined_rows_changes_a_momentum() -> None:
+    """A ball thrown onto a floor touches it between two of the examined rows."""
+    start = {"position": [0, 0, 1.01], "velocity": [0, 0, 0, 5, 0, 0]}
+    law = {"normal": {"type": "hunt_crossley", "stiffness": 1e6}, "tangential": {"type": "coulomb", "friction": 0.4}}
+    scene = {
+        "format": 1,
+        "name": "thrown",
+        "gravity": [0, 0, -9.81],
+        "bodies": {"ball": {"mass": 1, "inertia": [4e-3] * 3}},
+        "joints": {"ball": {"type": "free", "parent": "base", "child": "ball", "initial": start}},
+        "contacts": {
+            "floor": {
+                "first": {"body": "base", "axis": [0, 0, 1]},
+                "second": {"body": "ball"},
+                "shape": "sphere",
+                "radius": 0.1,
+                **law,
+            }
+        },
+    }
+    run = eomgen.build(scene).simulate(0.75, 1e-4, method="rk4")
+    assert run.v[-1, 3] < 4.9
+    assert "momentum" not in str(run)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
@@ -85,11 +86,25 @@ def momentum_drift(
     every = np.array([_root_momentum(root, q, momenta, sizes, forces) for root in roots])
     together = every.sum(axis=0)[np.newaxis] if one_frame and len(roots) > 1 else every[:0]
     rounding = COMPUTED * np.abs(forces).max(initial=0.0)
-    drift = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)]).max(axis=0)
-    worst = int(np.argmax(drift))
-    if not drift[worst] > REPORTED_MOMENTUM or any(_in_water(M.block(root.v)) for root in roots):
+    drifts = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)])
+    tree, worst = np.unravel_index(int(np.argmax(drifts)), drifts.shape)
+    if not drifts[tree, worst] > REPORTED_MOMENTUM or any(_in_water(M.block(root.v)) for root in roots):
         return None
-    return Drift(_NAMES[worst], float(drift[worst]))
+    between = _interval_of_change([*every, *together][tree][0][:, worst], chosen)
+    if between is not None:  # a force may act there
+        held = None if multipliers is None else multipliers[between]
+        t, q, v, z = (values[between] for values in states)
+        return momentum_drift(model, (t, q, v, z), p, signals, held)
+    return Drift(_NAMES[worst], float(drifts[tree, worst]))
+
+
+def _interval_of_change(momentum: Array, rows: NDArray[np.intp]) -> slice | None:
+    """Return the interval between two examined rows with most of the change of a momentum, with the rows in between;
+    None if no interval has."""
+    way = np.abs(np.diff(momentum))
+    first = int(np.argmax(way))
+    concentrated = way[first] > 0.5 * way.sum() and rows[first + 1] > rows[first] + 1
+    return slice(rows[first], rows[first + 1] + 1) if concentrated else None
 
 
 def _in_water(M: Array) -> bool:
