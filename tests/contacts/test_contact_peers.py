@@ -33,9 +33,10 @@ def test_the_script_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.slow
 def test_the_error_of_a_step_steer_is_the_one_of_its_steps(capsys: pytest.CaptureFixture[str]) -> None:
-    """Whether Newton's method ends at corrections of 1e-10 or of 1e-5; the latter with fewer evaluations."""
+    """Whether Newton's method ends at corrections of 1e-10 or of 1e-5, with fewer evaluations; without slip one is enough."""
     assert car_runs.main(["--quick", "--cars", "car"]) == 0
-    rows = [line.strip("| ").split("|") for line in capsys.readouterr().out.splitlines() if line.startswith("| car ")]
+    lines = [line for line in capsys.readouterr().out.splitlines() if "generalized_alpha" in line]
+    rows = [line.strip("| ").split("|") for line in lines]
     errors, calls = ([float(rows[k][column]) for k in (0, 1)] for column in (6, 3))
     assert errors[0] < 1e-3 and errors[1] == pytest.approx(errors[0], rel=0.1)
-    assert calls[1] < 0.7 * calls[0]
+    assert calls[1] < calls[0] < 2.0

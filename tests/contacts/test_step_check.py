@@ -133,7 +133,7 @@ def built(scene: str) -> Model:
         ("tyre", "rk4", 1e-3, ""),
         ("tyre in time", "rk4", 5e-2, "grow with the friction of the contact road, which has a rate of"),
         ("law of positions", "rk4", 1e-3, "grow with the normal force of the contact roof"),
-        ("stiff law of a speed", "rk4", 5e-3, "grow with the friction of the contact road"),
+        ("stiff law of a speed", "rk4", 5e-3, "grow with the normal force of the contact road"),
         ("stiff law of a speed", "rk4", 1e-3, ""),
     ],
 )
