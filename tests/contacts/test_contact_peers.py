@@ -33,7 +33,7 @@ def test_the_script_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.slow
 def test_the_error_of_a_step_steer_is_the_one_of_its_steps(capsys: pytest.CaptureFixture[str]) -> None:
-    """Whether Newton's method ends at corrections of 1e-10 or of 1e-5, with fewer evaluations; without slip one is enough."""
+    """Newton's method may end at corrections of 1e-10 or of 1e-5; a wheel without slip takes one evaluation."""
     assert car_runs.main(["--quick", "--cars", "car"]) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if "generalized_alpha" in line]
     rows = [line.strip("| ").split("|") for line in lines]
