@@ -13,7 +13,7 @@ os.environ.setdefault("EOMGEN_PROFILE", "quick")
 import gc
 import sys
 import zlib
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -114,3 +114,14 @@ def _mark_tiers(collector: pytest.Module, cases: Sequence[pytest.Function]) -> N
 def rng(request: pytest.FixtureRequest) -> np.random.Generator:
     """Return random numbers that depend on the test's name only, so that tests may run alone or in any order."""
     return np.random.default_rng(zlib.crc32(request.node.name.encode()))
+
+
+if hasattr(os, "sched_setaffinity"):
+
+    @pytest.fixture(autouse=True)
+    def all_cores() -> Iterator[None]:
+        """Give later tests the cores back after a benchmark that stays on one: a run in one process draws no figures
+        meanwhile, and two workers on one core take twice as long."""
+        before = os.sched_getaffinity(0)
+        yield
+        os.sched_setaffinity(0, before)
