@@ -415,13 +415,14 @@ class Selection:
         derived : names of the functions of the System
         called : names of the functions that steps of the method call
         implicit : whether these steps are implicit: unresolved motions are then found by partials of the residual, of
-            which steps have nonzeros or the whole; else states that decay too fast, by partials of the internal states
+            which steps have nonzeros or the whole
         """
         if not self.start:
             return list(derived)
         accelerations = "forward_dynamics" if "forward_dynamics" in derived else "residual"
         of_residual = "iteration" if "iteration" in derived and "iteration" in called else "partials"
-        needed = {*called, *PURPOSES["run"], accelerations, of_residual if implicit else "internal_partials"}
+        # states that decay too fast, and the rounding of states at rest, are found by partials of the internal states
+        needed = {*called, *PURPOSES["run"], accelerations, "internal_partials"} | ({of_residual} if implicit else set())
         needed |= {packed for whole, packed in NONZEROS.items() if whole not in derived}
         if self.start == "equilibrium":
             needed |= {*PURPOSES["equilibrium"], *(() if "partials" in derived else ("iteration",))}

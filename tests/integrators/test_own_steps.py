@@ -137,3 +137,15 @@ def test_an_infinity_stops_the_run_and_names_what_grew() -> None:
     assert not found.success
     assert "the step became too small for the time to move on" in found.message
     assert "taken again; the smallest, " in found.message and "for v.rail)" in found.message
+
+
+def test_a_step_that_fails_from_just_before_a_row_is_repeated() -> None:
+    """Steps of a free fall end within rounding of the row at 0.27 s; the next one overflows at a wall, exp(-2000 q),
+    from which the mass bounces without loss."""
+    builder = eomgen.SceneBuilder("drop").body("ball", 0.2)
+    builder.joint("fall", "prismatic", "base", "ball", axis=[0, 0, 1], initial={"position": 0.46})
+    made = eomgen.build(builder.effort("wall", "fall", "exp(-2000 * q.fall)").build(), method="rk45")
+    found = made.simulate(0.6, 0.01, tolerance=1e-9, **QUIET)
+    assert found.success and found.stats["rejections"]
+    energy = 0.1 * found.v[-1, 0] ** 2 + 0.2 * 9.81 * found.q[-1, 0] + np.exp(-2000.0 * found.q[-1, 0]) / 2000.0
+    assert energy == pytest.approx(0.2 * 9.81 * 0.46, rel=1e-6) and found.v[-1, 0] > 0.1

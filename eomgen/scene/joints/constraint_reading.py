@@ -100,7 +100,7 @@ def _length(
     key: str, entry: written.ConstraintEntry, first: Frame, second: Frame, smooth: float | None, values: Values
 ) -> Formula:
     """Return the length of a distance constraint as a formula, m, by default the distance of both origins at the design
-    position, with a note; ``UNKNOWN``, after a report, without one. ``smooth`` as of ``read_length``."""
+    position; ``UNKNOWN``, after a report, without one. ``smooth`` as of ``read_length``."""
     if entry.length is not None:
         return read_length(f"{key}.length", entry.length, values, smooth)
     if values.report.concerns(f"{key}.first") or values.report.concerns(f"{key}.second"):
@@ -114,9 +114,6 @@ def _length(
     if math.isnan(number) or not why:  # other faults
         return UNKNOWN
     if number > COMPUTED:
-        values.note(
-            [f"{key}: no length is given, so it is the distance at the design position, {number:.6g} m [W0281]"]
-        )
         return length
     fault = f"a distance constraint needs a length, and the design position gives none: {why} [E1601]"
     values.report.add(key, fault, "length = 1.0")

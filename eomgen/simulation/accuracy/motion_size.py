@@ -341,7 +341,8 @@ def _at_work(
 ) -> dict[str, float]:
     """Return by unit the largest magnitude of coordinates, velocities, inertial forces, multipliers and outputs in a
     run. `column` has arrays (n, size) by kind, `outputs` pairs of unit and values (n, ...), `inertial` the largest
-    inertial force by unit. Forces and multipliers also count as moments at a lever of 1 m, and moments as forces."""
+    inertial force by unit. Forces and multipliers also count as moments at a lever of 1 m, moments as forces, and with
+    the velocities as powers."""
     q, v = _largest(column["q"]), _largest(column["v"])
     of_units = [*zip(model.q_units, q.tolist(), strict=True), *zip(model.v_units, v.tolist(), strict=True)]
     of_forces = [(_FORCES[0], column["multipliers"]), *outputs]
@@ -349,7 +350,9 @@ def _at_work(
     result = dict(inertial)
     for unit, value in of_units:
         result[unit] = max(result.get(unit, 0.0), value)
-    return result | dict.fromkeys(_FORCES, max(result.get(unit, 0.0) for unit in _FORCES))
+    force = max(result.get(unit, 0.0) for unit in _FORCES)
+    power = max(result.get("W", 0.0), *(force * result.get(unit, 0.0) for unit in _DUAL))
+    return result | dict.fromkeys(_FORCES, force) | {"W": power}
 
 
 def _largest(values: Array) -> Array:

@@ -26,6 +26,7 @@ from eomgen.base.limits import Limit
 from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.errors import UsageError
 from eomgen.results.finding import Finding
+from eomgen.simulation.accuracy.motion_size import at_work
 from eomgen.simulation.stepping.chunks import WINDOW, Trajectory
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import States
@@ -106,13 +107,13 @@ def _unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Grow
     before, after, middle = end[: max(half, 1)], end[half:], trajectory.middle
     late = _sizes(run, after[1:])
     growth = _growth(_sizes(run, before), late)
-    sudden = _growing_components(run, growth, late[0], _SUDDEN)
+    sudden = _growing_components(run, after, growth, late[0], _SUDDEN)
     if len(sudden):
         return _by_method(run, library, after, before, sudden, _FINER)
     if middle is None:
         return None
     growth = _growth(_sizes(run, middle), late)
-    slow = _growing_components(run, growth, late[0], 1e3)
+    slow = _growing_components(run, after, growth, late[0], 1e3)
     if not len(slow):
         return None
     steps = round((after[-1, 0] - middle[0, 0]) / run.settings["step"])
@@ -162,7 +163,7 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     with np.errstate(over="ignore"):
         moves = largest > np.concatenate([travel, np.zeros(run.model.nz)])
         behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=moves)
-    grown = _growing_components(run, np.max(behind, axis=0), sizes[-1], _SUDDEN)
+    grown = _growing_components(run, rows, np.max(behind, axis=0), sizes[-1], _SUDDEN)
     if not len(grown):
         return None
     component = int(grown[np.argmax(np.max(behind[:, grown], axis=0))])
@@ -284,16 +285,17 @@ def _as_growth(
     )
 
 
-def _growing_components(run: Run, growth: Array, size: Array, least: float) -> Components:
-    """Return the indices, in (v, z), of components that grow at least by the factor `least` and are more than rounding
-    compared with the largest size in their unit. `growth` and `size` are (nv + nz,)."""
+def _growing_components(run: Run, rows: Array, growth: Array, size: Array, least: float) -> Components:
+    """Return the indices, in (v, z), of components that grow at least by the factor `least` and are more than rounding:
+    of velocities compared with the largest one in their unit, of internal states with their response to the motion of
+    `rows` (n, width). `growth` and `size` are (nv + nz,)."""
     grown = np.flatnonzero(growth >= least)
     if not len(grown):
         return grown
-    names = zip(run.model.z_names, run.model.z_units, strict=True)
-    units = np.array([*run.model.v_units, *(f"{unit} of {name}" for name, unit in names)])
-    largest = {unit: size[units == unit].max() for unit in set(units[grown].tolist())}
-    return grown[size[grown] > WRITTEN * np.array([largest[unit] for unit in units[grown]])]
+    units = np.array(run.model.v_units)
+    scales = np.array([size[: len(units)][units == unit].max() for unit in units])
+    states = at_work(run, rows, run.parameters).states if grown[-1] >= len(units) else size[len(units) :]
+    return grown[size[grown] > WRITTEN * np.concatenate([scales, states])[grown]]
 
 
 def _growth(before: Array, after: Array) -> Array:
