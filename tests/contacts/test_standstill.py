@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.cli import main
 from eomgen.pipeline.model import Model
 from tests.contacts.pairs import scene_of
 from tests.contacts.states import OWN
@@ -92,6 +93,18 @@ def test_a_car_in_balance_raises_no_doubt(method: str, speed: float, tmp_path: P
     """It stands, or drives straight ahead: its struts, its rack and its lagged slips move by rounding alone."""
     run = car_at(speed, tmp_path).simulate(0.4, 1e-3, method=method)
     assert not run.findings, run.message
+
+
+@pytest.mark.slow
+def test_a_command_raises_no_doubt_about_a_car_that_drives_straight(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Deflections of tyres are rounding, 1e-37 m; a first run has only the functions of its method."""
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))
+    scene = EXAMPLES / "driving_car" / "system" / "step_steer.toml"
+    options = ["--out", str(tmp_path), "--t-end", "0.02", "--no-plots", "--profile", "quick"]
+    assert main(["simulate", str(scene), *options]) == 0
+    assert "reached t = 0.02 s in 20 steps; method chosen" in capsys.readouterr().err
 
 
 @pytest.mark.slow
