@@ -90,7 +90,8 @@ def _momentum_drift(run: FinishedRun) -> Iterator[Finding]:
         return
     inputs = run.run.signals if run.run.takes_rows else None
     t, q, v, _, multipliers, z = run.states
-    drift = momentum_drift(run.run.model, (t, q, v, z), run.run.parameters, inputs, multipliers)
+    sparse = run.rows_are_sparse
+    drift = momentum_drift(run.run.model, (t, q, v, z), run.run.parameters, inputs, multipliers, sparse)
     if drift is not None and not run.at_rest:
         yield Finding(value=drift.share, text=str(drift), hint=remedy(run))
 

@@ -56,9 +56,10 @@ def momentum_drift(
     p: Array,
     signals: InputSignals | None = None,
     multipliers: Array | None = None,
+    sparse: bool = False,
 ) -> Drift | None:
     """Return the largest drift of a momentum that no external force changes; None below 5 %, for models without free
-    joints, without a function of forces, or in water.
+    joints, without a function of forces, or in water, and if a force may act between two rows.
 
     Parameters
     ----------
@@ -66,6 +67,7 @@ def momentum_drift(
     p : (np,) parameters
     signals : signals of the inputs; None: the scene's formulas
     multipliers : (rows, number of constraints) if there are constraints
+    sparse : whether steps lie between the rows
     """
     (roots, one_frame), (t, q, v, z) = _floating(model), states
     if not roots or len(t) < 2 or "force" not in model.terms or (model.multipliers and multipliers is None):
@@ -91,20 +93,19 @@ def momentum_drift(
     if not drifts[tree, worst] > REPORTED_MOMENTUM or any(_in_water(M.block(root.v)) for root in roots):
         return None
     between = _interval_of_change([*every, *together][tree][0][:, worst], chosen)
-    if between is not None:  # a force may act there
-        held = None if multipliers is None else multipliers[between]
-        t, q, v, z = (values[between] for values in states)
-        return momentum_drift(model, (t, q, v, z), p, signals, held)
-    return Drift(_NAMES[worst], float(drifts[tree, worst]))
+    if between is None or (between.stop == between.start + 2 and not sparse):
+        return Drift(_NAMES[worst], float(drifts[tree, worst]))
+    held = None if multipliers is None else multipliers[between]
+    t, q, v, z = (values[between] for values in states)
+    return None if len(t) == 2 else momentum_drift(model, (t, q, v, z), p, signals, held, sparse)
 
 
 def _interval_of_change(momentum: Array, rows: NDArray[np.intp]) -> slice | None:
-    """Return the interval between two examined rows with most of the change of a momentum, with the rows in between;
-    None if no interval has."""
+    """Return the interval between two examined rows with most of the change of a momentum, which may be by a force, with
+    the rows in between; None if no interval has."""
     way = np.abs(np.diff(momentum))
     first = int(np.argmax(way))
-    concentrated = way[first] > 0.5 * way.sum() and rows[first + 1] > rows[first] + 1
-    return slice(rows[first], rows[first + 1] + 1) if concentrated else None
+    return slice(rows[first], rows[first + 1] + 1) if way[first] > 0.5 * way.sum() else None
 
 
 def _in_water(M: Array) -> bool:
