@@ -260,7 +260,8 @@ def _switch(formula: Operation, duration: float, value_of: ValueOf) -> Formula:
 
 def _unknown_times(jumping: str) -> SmoothingError:
     fault = f"the times are not known beforehand at which {jumping} jumps [E0289]"
-    return SmoothingError(fault, "comparisons, sign, abs, min, max and curves of a t + b with fixed numbers a and b")
+    remedy = 'a curve of t with interpolation = "linear", or comparisons, sign, abs, min and max of a t + b'
+    return SmoothingError(fault, remedy)
 
 
 def _curve(used: Application, duration: float, value_of: ValueOf) -> Formula:

@@ -422,7 +422,8 @@ class Selection:
         accelerations = "forward_dynamics" if "forward_dynamics" in derived else "residual"
         of_residual = "iteration" if "iteration" in derived and "iteration" in called else "partials"
         # states that decay too fast, and the rounding of states at rest, are found by partials of the internal states
-        needed = {*called, *PURPOSES["run"], accelerations, "internal_partials"} | ({of_residual} if implicit else set())
+        needed = {*called, *PURPOSES["run"], accelerations, "internal_partials"}
+        needed |= {of_residual} if implicit else set()
         needed |= {packed for whole, packed in NONZEROS.items() if whole not in derived}
         if self.start == "equilibrium":
             needed |= {*PURPOSES["equilibrium"], *(() if "partials" in derived else ("iteration",))}

@@ -92,7 +92,7 @@ def step_steer(model: eomgen.Model) -> Figure:
             axis.plot(start + found["peak"], values.max(), "o", color="black", markersize=4)
             axis.set_title(
                 f"response time {found['response']:.3f} s (grey; dotted: 90 %), peak after {found['peak']:.3f} s,"
-                f" overshoot {100 * found['overshoot']:.0f} %",
+                f" overshoot {100 * found['overshoot']:.1f} %",
                 loc="left",
                 fontsize=9,
             )
@@ -233,12 +233,12 @@ def split_braking(model: eomgen.Model) -> Figure:
         heading = np.degrees(np.unwrap(run["heading"].ravel()))
         rows[2].plot(t, heading[shown], color=BLUE)
         rows[3].plot(t, np.degrees(run["steering_wheel"].ravel()[shown]), color=BLUE)
-        rows[0].set_title(("with", "without")[column] + " control of the brakes", loc="left", fontsize=9)
+        rows[0].set_title(("with control of the brakes", "without control, first 3 s")[column], loc="left", fontsize=9)
         rows[-1].set_xlabel("time, s")
         way = run["place"][-1, 0] - np.interp(0.5, run.t, run["place"][:, 0])
         print(
             f"braking with control {control:.0f}: {way:.1f} m in {run.t[-1] - 0.5:.2f} s,"
-            f" turned by {np.abs(heading).max():.0f} deg"
+            f" to {run['ground_speed'].ravel()[-1]:.1f} m/s, turned by {np.abs(heading).max():.0f} deg"
         )
     for axis, label in zip(
         axes[::2], ("speed, m/s", "torque, N m", "heading, deg", "steering wheel, deg"), strict=True

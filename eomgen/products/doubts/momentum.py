@@ -101,8 +101,8 @@ def momentum_drift(
 
 
 def _interval_of_change(momentum: Array, rows: NDArray[np.intp]) -> slice | None:
-    """Return the interval between two examined rows with most of the change of a momentum, which may be by a force, with
-    the rows in between; None if no interval has."""
+    """Return the interval between two examined rows with most of the change of a momentum, with the rows in between;
+    None if no interval has: changes by a force are concentrated."""
     way = np.abs(np.diff(momentum))
     first = int(np.argmax(way))
     return slice(rows[first], rows[first + 1] + 1) if way[first] > 0.5 * way.sum() else None
