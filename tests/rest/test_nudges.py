@@ -52,9 +52,10 @@ def test_follower_forces_that_bring_the_motion_back_are_no_reason_to_leave(
     assert (nudged(monkeypatch, stiffness) is not None) == leaves
 
 
-def test_an_upright_pendulum_beside_an_internal_state_is_left() -> None:
+def test_an_upright_pendulum_with_states_that_move_with_it_is_left() -> None:
     builder = eomgen.SceneBuilder("upright").body("rod", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.01])
     builder.joint("hinge", "revolute", "base", "rod", axis=[1, 0, 0], initial={"position": np.pi})
-    found = eomgen.build(builder.state("filter", "2 - filter").build(), profile="quick").equilibrium()
+    builder.state("turned", "3 * v.hinge").state("back", "-v.hinge")
+    found = eomgen.build(builder.build(), profile="quick").equilibrium()
     assert np.cos(found.q[0]) == pytest.approx(1.0)
-    assert found.z == pytest.approx([2.0])
+    assert found.z == pytest.approx((found.q[0] - np.pi) * np.array([3.0, -1.0]), rel=1e-3)
