@@ -148,7 +148,7 @@ def test_steps_are_told_at_the_start(scene: str, method: str, step: float, told:
 def test_a_model_for_runs_alone_has_the_functions_of_the_check() -> None:
     """As ``eomgen simulate`` builds models."""
     model = build_for_run(scene_of(SCENES["bristles"]), method="rk4", profile="quick")
-    assert "grow with the friction" in model.simulate(0.01, 1e-3, error_estimate=False).message
+    assert "grow with the friction" in model.simulate(0.2, 1e-3, error_estimate=False).message
 
 
 def test_the_step_of_the_hint_holds_and_the_note_of_a_start_is_the_same() -> None:
