@@ -19,7 +19,7 @@ from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
 from eomgen.products.gpu.kernels import ALL_REGISTERS
 from eomgen.products.gpu.nvrtc import EXACT, Usage, compile_cubin, nvrtc
-from eomgen.products.gpu.target import CUDA, STRUCTS, cuda_files, functions_in_rows, thread_bytes
+from eomgen.products.gpu.target import CUDA, STRUCTS, cuda_files, functions_in_rows, memory_of_functions, thread_bytes
 from eomgen.toolchain.cache import Cache
 from tests.examples.demos import demo_module
 
@@ -168,11 +168,12 @@ def texts_of(model: str, term: str = "") -> Iterator[tuple[str, dict[str, str], 
     """Yield names, texts and options for NVRTC: of the functions of a model, or of one term, and of runs."""
     document, front_end = as_document(described(model))
     program, refusal = exported_program(document, front_end, CUDA, [term] if term else None)
-    yield f"{program.prefix}.cu", cuda_files(program, in_rows=functions_in_rows(program)), EXACT
+    more = nvrtc().options_for(memory_of_functions(program))
+    yield f"{program.prefix}.cu", cuda_files(program, in_rows=functions_in_rows(program)), (*EXACT, *more)
     if not term and not refusal:
         texts = {"runs.cu": f'{COLUMN}#include "{program.prefix}.cu"\n', **cuda_files(program, STRUCTS, called=())}
         size = sum(thread_bytes(program, "double", texts.pop("structs")).values())
-        yield "runs.cu", texts, (*EXACT, *nvrtc().for_steps(size))
+        yield "runs.cu", texts, (*EXACT, *nvrtc().options_for(size))
 
 
 def usage(model: str, function: str = "") -> dict[str, int]:
