@@ -76,8 +76,6 @@ WITHOUT_TEXT = frozenset(
 )
 FOLDERS = {path.parent.name for path in (ROOT / "examples").glob("*/README.md")} | {"verification"}
 EXAMPLES = sorted(FOLDERS - WITHOUT_TEXT)
-#: Examples without a row: NVRTC takes minutes for their functions.
-NOT_MEASURED = frozenset(("flexible_slider_crank", "flying_spaghetti", "motorcycle"))
 #: The record of runs has one column, the first coordinate.
 COLUMN = "#define EG_COLUMN_COUNT 1\n#define EG_COLUMNS(take) take(0, line[1])\n"
 #: A kernel of steps, after the model and its stepper.
@@ -207,9 +205,7 @@ def _usage_of_step(model: str) -> dict[str, int]:
 
 def rows_of_table() -> list[str]:
     """Return the names of all rows: a model with a function, or an example."""
-    return [f"{model} {function}" for model in MODELS for function in MODELS[model]] + [
-        name for name in EXAMPLES if name not in NOT_MEASURED
-    ]
+    return [f"{model} {function}" for model in MODELS for function in MODELS[model]] + EXAMPLES
 
 
 def write(rows: Mapping[str, Mapping[str, int]]) -> None:
