@@ -19,7 +19,7 @@ from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
 from eomgen.products.gpu.kernels import ALL_REGISTERS
 from eomgen.products.gpu.nvrtc import EXACT, Usage, compile_cubin, nvrtc
-from eomgen.products.gpu.target import CUDA, STRUCTS, cuda_files, functions_in_rows, thread_bytes
+from eomgen.products.gpu.target import CUDA, STRUCTS, cuda_files, functions_in_rows, memory_of_functions, thread_bytes
 from eomgen.toolchain.cache import Cache
 from tests.examples.demos import demo_module
 
@@ -76,8 +76,6 @@ WITHOUT_TEXT = frozenset(
 )
 FOLDERS = {path.parent.name for path in (ROOT / "examples").glob("*/README.md")} | {"verification"}
 EXAMPLES = sorted(FOLDERS - WITHOUT_TEXT)
-#: Examples without a row: NVRTC takes minutes for their functions.
-NOT_MEASURED = frozenset(("flexible_slider_crank", "flying_spaghetti", "motorcycle"))
 #: The record of runs has one column, the first coordinate.
 COLUMN = "#define EG_COLUMN_COUNT 1\n#define EG_COLUMNS(take) take(0, line[1])\n"
 #: A kernel of steps, after the model and its stepper.
@@ -168,11 +166,12 @@ def texts_of(model: str, term: str = "") -> Iterator[tuple[str, dict[str, str], 
     """Yield names, texts and options for NVRTC: of the functions of a model, or of one term, and of runs."""
     document, front_end = as_document(described(model))
     program, refusal = exported_program(document, front_end, CUDA, [term] if term else None)
-    yield f"{program.prefix}.cu", cuda_files(program, in_rows=functions_in_rows(program)), EXACT
+    more = nvrtc().options_for(memory_of_functions(program))
+    yield f"{program.prefix}.cu", cuda_files(program, in_rows=functions_in_rows(program)), (*EXACT, *more)
     if not term and not refusal:
         texts = {"runs.cu": f'{COLUMN}#include "{program.prefix}.cu"\n', **cuda_files(program, STRUCTS, called=())}
         size = sum(thread_bytes(program, "double", texts.pop("structs")).values())
-        yield "runs.cu", texts, (*EXACT, *nvrtc().for_steps(size))
+        yield "runs.cu", texts, (*EXACT, *nvrtc().options_for(size))
 
 
 def usage(model: str, function: str = "") -> dict[str, int]:
@@ -206,9 +205,7 @@ def _usage_of_step(model: str) -> dict[str, int]:
 
 def rows_of_table() -> list[str]:
     """Return the names of all rows: a model with a function, or an example."""
-    return [f"{model} {function}" for model in MODELS for function in MODELS[model]] + [
-        name for name in EXAMPLES if name not in NOT_MEASURED
-    ]
+    return [f"{model} {function}" for model in MODELS for function in MODELS[model]] + EXAMPLES
 
 
 def write(rows: Mapping[str, Mapping[str, int]]) -> None:

@@ -9,9 +9,13 @@ from pathlib import Path
 import pytest
 
 import eomgen
+from eomgen.errors import ToolchainError
+from eomgen.products.gpu.nvrtc import compile_cubin, nvrtc
+from eomgen.toolchain.cache import Cache
 from tests.gpu.device_compiler import (
     ELSEWHERE,
     EXAMPLES,
+    ROOT,
     TABLE,
     compile_text,
     described,
@@ -50,3 +54,16 @@ def test_a_kernel_takes_the_registers_of_the_table(name: str) -> None:
     if version() == table["version"]:
         assert now == most, "if the change is meant: python -m tests.gpu.device_compiler --update"
     assert all(number <= ALLOWANCE * most[key] + 16 for key, number in now.items())
+
+
+def test_kernels_spill_to_memory_of_the_block_unless_functions_stay_functions(tmp_path: Path) -> None:
+    header = (ROOT / "templates" / "gpu" / "eomgen_cuda.h.jinja").read_text(encoding="utf-8")
+    first = header.index("#if !defined(EG_SPILL_TO_BLOCK)")
+    guarded = header[first : header.index("#endif", first)] + "#endif\n"
+    kernel = 'extern "C" __global__ void arm_kernel(int *at) { EG_SPILL_TO_BLOCK; *at = 1; }'
+    compiler, texts = nvrtc(), {"arm.cu": guarded + kernel}
+    for size in (1020, 1021):
+        code = compile_cubin(texts, "arm.cu", "sm_90", compiler.options_for(size), cache=Cache(tmp_path))
+        assert code.usage["arm_kernel"].spills == 0
+    with pytest.raises(ToolchainError, match="not allowed for per-function compilation"):
+        compile_cubin(texts, "arm.cu", "sm_90", compiler.options_for(1021)[:1], cache=Cache(tmp_path))

@@ -1,4 +1,5 @@
-"""The report of NVRTC on registers, and the second compilation of kernels that spill while registers are free."""
+"""The report of NVRTC on registers, the second compilation of kernels that spill while registers are free, and the
+options of texts whose threads keep many values in memory."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from eomgen.products.gpu import nvrtc
-from eomgen.products.gpu.nvrtc import Cubin, Usage, compile_cubin
+from eomgen.products.gpu.nvrtc import Cubin, Nvrtc, Usage, compile_cubin
 from eomgen.toolchain.cache import Cache
 
 #: A kernel that keeps its spills in memory of the block, with a function whose spills the kernel's own entry takes off.
@@ -67,3 +68,24 @@ def test_kernels_that_spill_early_are_compiled_again(
     code = compile_cubin({"arm.cu": ""}, "arm.cu", "sm_90", again=again, cache=Cache(tmp_path))
     assert (len(given), code.usage["arm_kernel"].registers) == (calls, taken)
     assert ("-DMORE" in given[-1]) == (calls == 2)
+
+
+def test_options_that_come_with_the_texts_are_of_both_compilations(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: list[Sequence[str]] = []
+
+    def compile_(texts: Mapping[str, str], name: str, options: Sequence[str]) -> tuple[bytes, str]:
+        given.append(options[-2:])
+        return b"", FEW
+
+    compiler = SimpleNamespace(identity="1", version="1", compile=compile_)
+    monkeypatch.setattr(nvrtc, "nvrtc", lambda: compiler)
+    compile_cubin(lambda: ({"arm.cu": ""}, ["-DA"]), "arm.cu", "sm_90", ["-DO"], again=["-DB"], cache=Cache(tmp_path))
+    assert given == [("-DO", "-DA"), ("-DA", "-DB")]
+
+
+@pytest.mark.parametrize(("version", "size", "calls"), [("13.5", 1020, 0), ("13.5", 1021, 1), ("12.9", 1021, 0)])
+def test_functions_stay_functions_if_registers_cannot_hold_their_values(version: str, size: int, calls: int) -> None:
+    options = Nvrtc.options_for(SimpleNamespace(version=version), size)  # type: ignore[arg-type]
+    assert options.count("--Ofast-compile=min") == calls

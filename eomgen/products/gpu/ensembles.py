@@ -365,15 +365,16 @@ def compile_runs(
         pairs = (f"{{ {pose[a]}, {pose[b]} }}" for nodes in model.description.exact_beams for a, b in pairwise(nodes))
         head += f"#define EG_TURNS {{ {', '.join(pairs)} }}\n"
 
-    def texts() -> Mapping[str, str]:
+    def texts() -> tuple[Mapping[str, str], Sequence[str]]:
         program, refusal = exported_program(document, front_end, CUDA, selection.terms, method)
         if refusal:
             raise _refusal(refusal)
-        return {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, called=())}
+        files = {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, called=())}
+        return files, nvrtc().options_for(size)
 
     content = library_content(document, front_end, selection, method) + head.encode()
     size = sum(library.lib.eomgen_stepper_size(STEPPER_SIZES.index(name)) for name in ("state", "workspace"))
-    options = (*EXACT, *nvrtc().for_steps(size), *(["-DEOMGEN_REAL_FLOAT"] if library.real == "float" else []))
+    options = (*EXACT, *(["-DEOMGEN_REAL_FLOAT"] if library.real == "float" else []))
     return compile_cubin(texts, _NAME, architecture, options, content=content)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from eomgen.base.data import replace
@@ -14,8 +14,8 @@ from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
 from eomgen.products.gpu.driver import Device, Function, Module
-from eomgen.products.gpu.nvrtc import EXACT, LAYOUT, Cubin, compile_cubin
-from eomgen.products.gpu.target import CUDA, cuda_files, functions_in_rows
+from eomgen.products.gpu.nvrtc import EXACT, LAYOUT, Cubin, compile_cubin, nvrtc
+from eomgen.products.gpu.target import CUDA, cuda_files, functions_in_rows, memory_of_functions
 from eomgen.system.terms import Selection
 
 _FLOAT = "-DEOMGEN_REAL_FLOAT"
@@ -80,7 +80,7 @@ def compile_term(
     selection = Selection.from_data(layout["selection"]) if term in model.functions else Selection((term,))
     content = library_content(document, front_end, selection, layout["built_method"])
 
-    def texts() -> Mapping[str, str]:
+    def texts() -> tuple[Mapping[str, str], Sequence[str]]:
         whole = _PROGRAMS.get(content)
         if whole is None:
             program, _ = exported_program(document, front_end, CUDA, selection.terms, layout["built_method"])
@@ -91,7 +91,8 @@ def compile_term(
         program = replace(whole, functions=tuple(one for one in whole.functions if one.name in kept))
         in_rows = functions_in_rows(program)
         told = {**interface_layout(program), "in_rows": [item.name for item in in_rows]}
-        return {**cuda_files(program, in_rows=in_rows), LAYOUT: json.dumps(told)}
+        files = {**cuda_files(program, in_rows=in_rows), LAYOUT: json.dumps(told)}
+        return files, nvrtc().options_for(memory_of_functions(program))
 
     options = (*(() if fused else EXACT), *((_FLOAT,) if real == "float" else ()))
     every = term.encode() + b"\0" + content

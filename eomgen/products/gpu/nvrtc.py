@@ -90,7 +90,7 @@ def _numbers(pattern: str, text: str) -> list[int]:
 
 
 def compile_cubin(
-    texts: Mapping[str, str] | Callable[[], Mapping[str, str]],
+    texts: Mapping[str, str] | Callable[[], tuple[Mapping[str, str], Sequence[str]]],
     name: str,
     architecture: str,
     options: Sequence[str] = EXACT,
@@ -104,8 +104,8 @@ def compile_cubin(
     Parameters
     ----------
     texts : mapping or callable
-        The text and all files that it includes, by name, and perhaps ``layout.json``; or a function that returns
-        these, with ``content``.
+        The text and all files that it includes, by name; or a function that returns these, perhaps ``layout.json``,
+        and further options, with ``content``.
     name : str
         Of the text.
     architecture : str
@@ -133,11 +133,11 @@ def compile_cubin(
     key = hashlib.sha256(told.encode() + content).hexdigest()
 
     def fill(folder: Path) -> None:
-        files = texts() if callable(texts) else texts
+        files, more = texts() if callable(texts) else (texts, ())
         write_texts(folder, files)
-        code = Cubin(*compiler.compile(files, name, every))
+        code = Cubin(*compiler.compile(files, name, (*every, *more)))
         if again and any(usage.spills and usage.registers < _ALL for usage in code.usage.values()):
-            second = Cubin(*compiler.compile(files, name, (*every, *again)))
+            second = Cubin(*compiler.compile(files, name, (*every, *more, *again)))
             code = min(code, second, key=lambda each: each.spills)
         for file in files.keys() - {LAYOUT}:
             (folder / file).unlink()
@@ -175,14 +175,16 @@ class Nvrtc:
         size = Path(path).stat().st_size if Path(path).is_file() else 0
         self.identity = f"{path}|{self.version}|{size}"
 
-    def for_steps(self, size: int) -> tuple[str, ...]:
-        """Return the options for the text of a stepper with so many bytes of state and workspace.
+    def options_for(self, size: int) -> tuple[str, ...]:
+        """Return the options for a text whose threads keep so many bytes in memory: state and workspace of a stepper,
+        or values that pass from part to part of a function.
 
-        With ``min`` functions stay functions. By default NVRTC puts copies of them into each other, which takes up to
-        twenty times as long and spills more registers, but lets few numbers be registers for the whole run. NVRTC 12
-        has no such option.
+        With ``min`` functions stay functions, each compiled on its own, without spills to memory of the block. By
+        default NVRTC puts copies of functions into each other and compiles all together, which takes up to twenty times
+        as long, but lets few numbers be registers for the whole run. NVRTC 12 has no such option.
         """
-        return ("--Ofast-compile=min",) * (size > 4 * _ALL and int(self.version.partition(".")[0]) >= 13)
+        large = size > 4 * _ALL and int(self.version.partition(".")[0]) >= 13
+        return ("--Ofast-compile=min", "-DEG_SPILL_TO_BLOCK=") * large
 
     def compile(self, texts: Mapping[str, str], name: str, options: Sequence[str]) -> tuple[bytes, str]:
         """Return machine code and log of text ``name``, which includes the other texts. Raises ToolchainError."""

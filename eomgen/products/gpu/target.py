@@ -49,6 +49,11 @@ def functions_in_rows(program: Program) -> list[ProgramFunction]:
     ]
 
 
+def memory_of_functions(program: Program) -> int:
+    """Return the bytes of the values in double that pass from part to part of a function, at most."""
+    return 8 * max(function.workspace for function in program.functions)
+
+
 def cuda_files(program: Program, more: Mapping[str, str] = MappingProxyType({}), **known: object) -> dict[str, str]:
     """Return the text for the device by file name, without manifest: ``NAME.cu`` and the files that it includes.
 
