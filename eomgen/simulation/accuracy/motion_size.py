@@ -312,7 +312,9 @@ def size_of(
         work = Extent(reach, _largest(column["z"]), math.inf, {}, 0.0)
     sizes = {"increment": _measure(size, units, REST * work.ways)}
     sizes["q"] = _coordinate_sizes(model, sizes["increment"])
-    sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units, REST * work.ways / work.duration)
+    falling = np.where(np.array(model.v_units, dtype=str) == "m/s", REST * work.fall / work.duration, 0.0)
+    rounding = np.maximum(REST * work.ways / work.duration, falling)
+    sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units, rounding)
     sizes["z"] = _measure(np.ptp(column["z"], axis=0), model.z_units, REST * work.states)
     sizes["multipliers"] = _measure(np.abs(column["multipliers"]).max(axis=0))
     units_of = model.outputs
