@@ -8,6 +8,7 @@ from itertools import accumulate, chain
 from typing import cast
 
 from eomgen.codegen.program import NEST_LIMIT
+from eomgen.codegen.scheduling.joining import join
 from eomgen.codegen.scheduling.paragraphs import reorder
 from eomgen.codegen.scheduling.rerolling import RerolledLoop
 from eomgen.codegen.scheduling.sharing import Occurrence, find_stretches
@@ -33,7 +34,7 @@ class Plan:
     uses : number of reads and stores of an operation.
     stores : places of stored operations: output number, component, sign.
     loops : from the first operation of a loop to the loop; in ``order`` this operation stands for the whole loop.
-    stretches : likewise, from the first operation of a shared stretch to the stretch.
+    stretches : likewise, from the first operation of a shared stretch to the stretch and those computed with it.
     head : from each operation of a loop or stretch to the first operation.
     read_outside : operations of loops and stretches that are read outside of the loop or stretch.
     added : from the number of a Map to the results that the loop adds to outputs at the end.
@@ -74,7 +75,7 @@ class Plan:
         self.members: dict[int, list[int]] = {}
         for node, first in leader.items():
             self.members.setdefault(first, []).append(node)
-        self.order = self._with_few_waiting(leader)
+        self.order = self._join(leader) if self.stretches else self._with_few_waiting(leader)
         self.part_of = self._cut(part_limit)
         self.by_part: list[list[int]] = [[] for _ in range(self.parts)]
         for node in self.order:
@@ -88,14 +89,31 @@ class Plan:
         self.stores: dict[int, list[tuple[int, int, int]]] = {}
         self._count_stores(outputs)
 
-    def _share(self, outputs: Sequence[Sequence[Ref]], *, share: bool) -> dict[int, Occurrence]:
+    def _share(self, outputs: Sequence[Sequence[Ref]], *, share: bool) -> dict[int, tuple[Occurrence, ...]]:
         """Return the shared stretches by their first operation, and note the operations of each in ``head``. Empty if
         ``share`` is false, or for functions with loops."""
         if self.loops or self.added or not share:
             return {}
         stretches = find_stretches(self.tape, self.live, outputs)
         self.head |= {node: stretch.nodes[0] for stretch in stretches for node in stretch.nodes}
-        return {stretch.nodes[0]: stretch for stretch in stretches}
+        return {stretch.nodes[0]: (stretch,) for stretch in stretches}
+
+    def _computed(self, node: int) -> Sequence[int]:
+        """Return the operations that an entry of ``order`` computes, without loops."""
+        stretches = self.stretches.get(node)
+        return self.group(node) if stretches is None else [node for stretch in stretches for node in stretch.nodes]
+
+    def _join(self, leader: dict[int, int]) -> list[int]:
+        """Return ``order`` with occurrences of shared stretches that are computed together as one entry of ``head`` and
+        ``stretches``. ``leader`` as in ``_with_few_waiting``."""
+        tape, entry_of = self.tape, {node: node for node in self.order} | leader | self.head
+        reads: dict[int, set[int]] = {}
+        for node in self.order:
+            operands = {abs(ref) for member in self._computed(node) for ref in tape.operands(member)}
+            reads[node] = {entry_of[operand] for operand in operands if operand in entry_of} - {node}
+        order, self.stretches = join(self.order, reads, {node: group[0] for node, group in self.stretches.items()})
+        self.head |= {node: head for head in self.stretches for node in self._computed(head)}
+        return order
 
     def _joined_maps(self) -> dict[int, tuple[Map, int]]:
         """Return ``maps``."""
@@ -106,9 +124,9 @@ class Plan:
 
     def _with_few_waiting(self, leader: Mapping[int, int]) -> list[int]:
         """Return ``order`` with paragraphs arranged so that few values wait between them (see ``paragraphs.reorder``).
-        ``leader`` maps each operation that is computed together with an earlier one to this one. Functions with loops,
-        shared stretches or Maps keep their order."""
-        if self.loops or self.stretches or self.maps:
+        ``leader`` maps each operation that is computed together with an earlier one to this one. Functions with loops or
+        Maps keep their order."""
+        if self.loops or self.maps:
             return self.order
         tape, first_of = self.tape, leader.get
         op, a, b = tape.op, tape.a, tape.b
@@ -146,7 +164,7 @@ class Plan:
     def weight(self, node: int) -> int:
         """Return the number of operations written for an entry of ``order``."""
         if node in self.stretches:
-            return 4  # operations compile in the time of the call with its tables
+            return 4 * len(self.stretches[node])  # operations compile in the time of a call with its tables
         return self.loops[node].period if node in self.loops else 1
 
     def group(self, node: int) -> list[int]:
@@ -161,8 +179,7 @@ class Plan:
         for position in range(len(self.order) - 1, -1, -1):
             node = self.order[position]
             read_at = max(position, last.get(node, position)) if self.uses[node] == 1 else position
-            members = self.stretches[node].nodes if node in self.stretches else self.group(node)
-            for member in members:
+            for member in self._computed(node):
                 for ref in tape.operands(member):
                     last[abs(ref)] = max(read_at, last.get(abs(ref), read_at))
         return last
@@ -190,7 +207,7 @@ class Plan:
             if node in self.loops:  # operands of loops have separate statements, so they count twice
                 members, times = list(chain.from_iterable(self.loops[node].iterations)), 2
             elif node in self.stretches:
-                members, times = list(self.stretches[node].nodes), 2
+                members, times = list(self._computed(node)), 2
             else:
                 members, times = [node], 1
             for member in members:

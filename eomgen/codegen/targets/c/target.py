@@ -22,6 +22,7 @@ from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
 from eomgen.codegen.program import PART_LIMIT, FunctionPart, Program, ProgramFunction, ProgramLoop, ProgramShared
 from eomgen.codegen.scheduling.matrix_loops import in_loops
+from eomgen.codegen.scheduling.joining import LANES
 from eomgen.codegen.scheduling.rerolling import READ
 from eomgen.codegen.scheduling.sharing import NUMBER
 from eomgen.codegen.targets.c.interface import fingerprint, interface_header
@@ -43,7 +44,8 @@ _PER_STATEMENT = 2
 class SourceFile:
     """A C file of a model: the functions, parts of long functions, loops and shared stretches that the file defines.
     ``name`` has no suffix; ``parts`` are (function, index of the part); loops and shared stretches are numbers in the
-    Program; ``later``: no run calls the functions of the file."""
+    Program; ``later``: no run calls the functions of the file; ``together``: the file has the functions of shared
+    stretches for calls side by side."""
 
     name: str
     functions: list[ProgramFunction] = field(default_factory=list)
@@ -52,6 +54,7 @@ class SourceFile:
     shared: list[int] = field(default_factory=list)
     operations: int = 0
     later: bool = False
+    together: bool = False
 
 
 def plan_files(program: Program, limit: int = FILE_LIMIT, later: Collection[str] = ()) -> list[SourceFile]:
@@ -89,6 +92,15 @@ def _called_bodies(parts: Iterable[FunctionPart]) -> Iterator[tuple[str, int]]:
                 yield "share" if item.kind == "share" else "loop", item.data[0]
 
 
+def _called_together(program: Program) -> tuple[set[int], set[int]]:
+    """Return the shared stretches with calls side by side, and those with other calls."""
+    parts = [part for function in (*program.functions, *program.series) for part in function.parts]
+    sizes = [text.places for text in program.shared]
+    calls = [item.data for part in parts for item in part.statements if item.kind == "share"]
+    together = {number_ for number_, places, *_ in calls if len(places) > sizes[number_]}
+    return together, {number_ for number_, places, *_ in calls if len(places) == sizes[number_]}
+
+
 def _plan_files(
     program: Program,
     before: Sequence[SourceFile],
@@ -124,7 +136,8 @@ def _plan_files(
             target.functions.append(function)
             target.operations += function.operations
             target.parts += [(function, number_) for number_ in range(len(function.parts)) if len(function.parts) > 1]
-    for number_ in shared:
+    together, single = _called_together(program) if total > limit else ((), shared)
+    for number_ in filter(single.__contains__, shared):
         operations = program.shared[number_].operations
         target = room(operations, limit if total > limit else total)
         target.shared.append(number_)
@@ -136,6 +149,13 @@ def _plan_files(
             files.append(target := new())
         target.loops.append(number_)
         target.operations += operations
+    for number_ in filter(together.__contains__, shared):
+        operations = program.shared[number_].operations
+        if not files[-1].together or files[-1].operations + operations > limit:
+            files.append(new())
+            files[-1].together = True
+        files[-1].shared.append(number_)
+        files[-1].operations += operations
     return files
 
 
@@ -189,6 +209,7 @@ class _Context:
         self._bodies: dict[tuple[str, int], str] = {}
         self.c = names(program)
         self.files = plan_files(program, sys.maxsize if tape else file_limit, later)
+        self.together = {number_ for file in self.files if file.together for number_ in file.shared}
         self.stepper = stepper_names(program) if program.method else {}
         self.tables = curve_tables(program.curves)
 
@@ -251,6 +272,7 @@ class _Context:
         numbers = self.numbers(_part_name(function, part)) if known else None
         texts, prefix, places = self.c.input_texts(), self.program.prefix, self.c.place_type
         printer = Printer(texts, outputs, prefix, constants=macros, names=names, numbers=numbers, place_type=places)
+        printer.shared, printer.together = self.program.shared, self.together
         return indent_lines([*declared, *printer.lines(statements)], 1)
 
     def base_of_step(self) -> str:
@@ -271,14 +293,23 @@ class _Context:
 
     def shared_statements(self, text: ProgramShared, number_: int) -> str:
         """Return the C statements in the function of shared stretch ``number_``, from 1."""
-        inputs: dict[str, str | Sequence[str]] = {READ: "w[at[{}]]", NUMBER: "K(k[{}])"}
         names, position, outputs = self.c.shared_outputs(text), text.reads, list[Sequence[str]]()
         for name, size in zip(names, text.results, strict=True):
             outputs.append([f"{name}[at[{position + component}]]" for component in range(size)])
             position += size
-        macros, numbers = self.c.constant_macros(), self.numbers(f"shared{number_}")
+        return self._shared(text, f"shared{number_}", {READ: "w[at[{}]]", NUMBER: "K(k[{}])"}, outputs, 1)
+
+    def together_statements(self, text: ProgramShared, number_: int) -> str:
+        """Return the C statements in the function for calls of shared stretch ``number_``, from 1, side by side."""
+        outputs = [[f"s[{first + k}]" for k in range(size)] for _, first, size in self.c.shared_stores(text)]
+        return self._shared(text, f"shared{number_}_together", {READ: "r[{}]", NUMBER: "n[{}]"}, outputs, 2)
+
+    def _shared(
+        self, text: ProgramShared, name: str, inputs: dict[str, str | Sequence[str]], outputs: list[Sequence[str]], depth: int
+    ) -> str:
+        macros, numbers = self.c.constant_macros(), self.numbers(name)
         printer = Printer(inputs, outputs, self.program.prefix, constants=macros, numbers=numbers)
-        return indent_lines(printer.lines(text.statements), 1)
+        return indent_lines(printer.lines(text.statements), depth)
 
     def file(self, name: str, template: str) -> tuple[str, str]:
         """Return the name and the text of a file that may be written before the functions are scheduled."""
@@ -309,6 +340,8 @@ class _Context:
                 take_tables=_TAKE_TABLES,
                 kernel=self.kernel,
                 shared_statements=self.shared_statements,
+                together_statements=self.together_statements,
+                lanes=LANES,
                 base_of_step=self.base_of_step(),
                 tables=self.tables,
                 tape=self.tape,
@@ -532,7 +565,7 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield "eomgen_tape.c", context.render("c/model/eomgen_tape.c.jinja", operations=OPERATIONS, unary=FUNCTIONS)
     for file in context.files:
         if not file.later:
-            yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
+            yield f"{file.name}.c", context.render(_template(file), file=file)
     if program.method:
         yield _stepper(context)
     if program.controller:
@@ -553,6 +586,10 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_uniform.c", context.render("c/uniform/model.c.jinja", **texts)
 
 
+def _template(file: SourceFile) -> str:
+    return "c/model/together.c.jinja" if file.together else "c/model/model.c.jinja"
+
+
 def _stepper(context: _Context) -> tuple[str, str]:
     from eomgen.codegen.targets.c.templates import stepper_template  # noqa: PLC0415  # known texts need no Jinja
 
@@ -564,7 +601,7 @@ def _later_sources(context: _Context) -> Iterator[tuple[str, str]]:
     """Yield the sources of functions that are compiled later."""
     for file in context.files:
         if file.later:
-            yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
+            yield f"{file.name}.c", context.render(_template(file), file=file)
 
 
 def _external_context(program: Program) -> dict[str, Any]:
@@ -606,7 +643,7 @@ def render_files(program: Program, templates: Mapping[str, str], **extra: object
     if len(context.files) > 1:
         files[f"{program.prefix}_parts.h"] = context.render("c/model/parts.h.jinja")
     for file in context.files:
-        files[f"{file.name}.c"] = context.render("c/model/model.c.jinja", file=file)
+        files[f"{file.name}.c"] = context.render(_template(file), file=file)
     return files | {name: context.render(template, **extra) for name, template in templates.items()}
 
 
