@@ -36,8 +36,8 @@ class Statement:
     ``loop`` (number in ``Program.loops``, slot of the first gathered value, slot of the first result); ``call`` (number
     in ``Program.external``, slot of the first operand, slot of the first result); ``share`` (number in
     ``Program.shared``, slots of the values that the statements read, slots of their results and components of the
-    outputs, in this order, output numbers, numbers), with the slots and numbers of several calls one after the other if
-    these may be computed side by side: none reads a result of another; ``add`` (number
+    outputs, in this order, output numbers, numbers), of several calls one after the other if these are computed
+    together: none reads a result of another; ``add`` (number
     in ``Program.loops``, slot of the first gathered value, output numbers): a loop that adds to these; ``gather``
     (slot, step, block or "w", index, step, length): equally spaced places into the workspace; ``spread`` (output
     number, component, step, slot, step, length, sign): equally spaced slots into an output; ``circular`` (slot of the
@@ -186,13 +186,13 @@ class ProgramShared:
 
     @property
     def places(self) -> int:
-        """Number of places of one call in a ``share`` statement."""
+        """Number of slots and components of one call in a ``share`` statement."""
         return self.reads + sum(self.results)
 
     def single_calls(
         self, places: Sequence[int], numbers: Sequence[float]
     ) -> Iterator[tuple[Sequence[int], Sequence[float]]]:
-        """Yield places and numbers of each call of a ``share`` statement."""
+        """Yield the places and numbers of each call of a ``share`` statement."""
         for k in range(len(places) // self.places):
             yield places[k * self.places :][: self.places], numbers[k * self.numbers :][: self.numbers]
 

@@ -1,8 +1,8 @@
-"""Joining: occurrences of a shared stretch that do not depend on one another, as the tyres of a car, become one call that
-computes them side by side, in the lanes of vectors.
+"""Joining: occurrences of a shared stretch that do not depend on one another, as for the tyres of a car, are computed
+by one call, in the lanes of vectors.
 
-An entry is an operation, or a stretch, which is computed as a whole. Joined entries are computed together, after all
-that one of them reads, so an occurrence is joined with others only if an order of all entries remains.
+An entry is an operation or an occurrence. Joined entries are computed together, after all entries that one of them
+reads, and occurrences are joined only if all entries still have an order.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from heapq import heappop, heappush
 
 from eomgen.codegen.scheduling.sharing import CALL, Occurrence
 
-#: Occurrences that one call computes.
+#: Occurrences that one call computes: in vectors of two, the places of the operands cost as much as is saved.
 LANES = 4
 
 
 def join(
     order: Sequence[int], reads: Mapping[int, Set[int]], stretches: Mapping[int, Occurrence]
 ) -> tuple[list[int], dict[int, tuple[Occurrence, ...]]]:
-    """Return the entries in an order in which joined ones are one entry, the first of them, and the occurrences that
-    are computed by each entry.
+    """Return the entries in order, with the first one in place of those that are joined, and the occurrences that each
+    computes.
 
     Parameters
     ----------
@@ -57,8 +57,8 @@ def _needs(order: Sequence[int], reads: Mapping[int, Set[int]], stretches: Mappi
 
 
 def _rows(stretches: Sequence[Occurrence], needs: list[int]) -> list[list[int]]:
-    """Return the numbers of the occurrences in each group. ``needs`` is changed: joined occurrences need what one of
-    them needs, and what needs one of them needs all."""
+    """Return the numbers of the occurrences that are joined, by group. ``needs`` is changed: joined occurrences need
+    what one of them needs, and what needs one of them needs all."""
     rows: list[list[int]] = []
     alike: dict[int, list[int]] = {}
     for k, stretch in enumerate(stretches):

@@ -34,7 +34,7 @@ class Plan:
     uses : number of reads and stores of an operation.
     stores : places of stored operations: output number, component, sign.
     loops : from the first operation of a loop to the loop; in ``order`` this operation stands for the whole loop.
-    stretches : likewise, from the first operation of a shared stretch to the stretch and those computed with it.
+    stretches : likewise, from the first operation of a shared stretch to the stretch and those joined with it.
     head : from each operation of a loop or stretch to the first operation.
     read_outside : operations of loops and stretches that are read outside of the loop or stretch.
     added : from the number of a Map to the results that the loop adds to outputs at the end.
@@ -75,7 +75,9 @@ class Plan:
         self.members: dict[int, list[int]] = {}
         for node, first in leader.items():
             self.members.setdefault(first, []).append(node)
-        self.order = self._join(leader) if self.stretches else self._with_few_waiting(leader)
+        self.order = self._with_few_waiting(leader)
+        if self.stretches:
+            self.order = self._join(leader)
         self.part_of = self._cut(part_limit)
         self.by_part: list[list[int]] = [[] for _ in range(self.parts)]
         for node in self.order:
@@ -99,13 +101,13 @@ class Plan:
         return {stretch.nodes[0]: (stretch,) for stretch in stretches}
 
     def _computed(self, node: int) -> Sequence[int]:
-        """Return the operations that an entry of ``order`` computes, without loops."""
-        stretches = self.stretches.get(node)
-        return self.group(node) if stretches is None else [node for stretch in stretches for node in stretch.nodes]
+        """Return the operations that an entry of ``order`` computes, if it is no loop."""
+        group = self.stretches.get(node)
+        return self.group(node) if group is None else [member for stretch in group for member in stretch.nodes]
 
     def _join(self, leader: dict[int, int]) -> list[int]:
-        """Return ``order`` with occurrences of shared stretches that are computed together as one entry of ``head`` and
-        ``stretches``. ``leader`` as in ``_with_few_waiting``."""
+        """Join shared stretches in ``stretches`` and ``head``, and return ``order`` with an entry for each group.
+        ``leader`` is as in ``_with_few_waiting``."""
         tape, entry_of = self.tape, {node: node for node in self.order} | leader | self.head
         reads: dict[int, set[int]] = {}
         for node in self.order:
@@ -124,9 +126,9 @@ class Plan:
 
     def _with_few_waiting(self, leader: Mapping[int, int]) -> list[int]:
         """Return ``order`` with paragraphs arranged so that few values wait between them (see ``paragraphs.reorder``).
-        ``leader`` maps each operation that is computed together with an earlier one to this one. Functions with loops or
-        Maps keep their order."""
-        if self.loops or self.maps:
+        ``leader`` maps each operation that is computed together with an earlier one to this one. Functions with loops,
+        shared stretches or Maps keep their order."""
+        if self.loops or self.stretches or self.maps:
             return self.order
         tape, first_of = self.tape, leader.get
         op, a, b = tape.op, tape.a, tape.b

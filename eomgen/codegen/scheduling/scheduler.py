@@ -276,8 +276,8 @@ class Scheduler:
         return slot
 
     def _share(self, group: Sequence[Occurrence]) -> None:
-        """Write the call of shared stretches side by side, and note the places of the results: slots of the workspace.
-        Results that go to outputs in only one occurrence (``left``) are stored after the call."""
+        """Write the call of shared stretches that are computed together, and note the places of the results: slots of
+        the workspace. Results that go to outputs in only one occurrence (``left``) are stored after the call."""
         number, stores = self._text_of(group), group[0].body.stores
         read = [[self.slot(node) for node in stretch.reads] for stretch in group]
         given = [[self._slot_of(node) for node in stretch.results] for stretch in group]
@@ -295,8 +295,7 @@ class Scheduler:
     def _text_of(self, group: Sequence[Occurrence]) -> int:
         """Return the number of the statements of a group among the shared texts of the Program, which equal statements
         share. The body is scheduled at the first occurrence; each occurrence counts and adds a label."""
-        stretch, shared = group[0], self.bodies.shared
-        body = stretch.body
+        stretch, body, shared = group[0], group[0].body, self.bodies.shared
         assert shared is not None  # a function without shared texts has no stretches
         if id(body) not in self.texts:
             outputs = dict.fromkeys(output for output, _ in body.stores)
@@ -310,9 +309,9 @@ class Scheduler:
                 shared.append(ProgramShared((), 0, *sizes, made.operations, statements))
             self.texts[id(body)] = known
         number = self.texts[id(body)]
-        text, labels = shared[number], [self.tape.label(stretch.nodes[0]) for stretch in group]
-        labels = tuple(dict.fromkeys([*text.labels, *labels]))
-        shared[number] = replace(text, calls=text.calls + len(group), labels=labels)
+        text = shared[number]
+        labels = dict.fromkeys((*text.labels, *(self.tape.label(stretch.nodes[0]) for stretch in group)))
+        shared[number] = replace(text, calls=text.calls + len(group), labels=tuple(labels))
         return number
 
     def _repeat(self, loop: RerolledLoop) -> None:

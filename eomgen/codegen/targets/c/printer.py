@@ -281,8 +281,7 @@ class Printer:
     names : names of local values, by number.
     numbers : the table from which numbers are read; without a table, numbers stand in the text.
     place_type : integer type of places in the workspace in tables of shared stretches.
-    shared : the shared stretches of the Program, and ``together``, numbers of those with a function for calls side by
-        side.
+    shared, together : the shared stretches of the Program, and numbers of those with a function for several calls.
     """
 
     inputs: Mapping[str, str | Sequence[str]]
@@ -437,15 +436,12 @@ class Printer:
     def _print_share(
         self, number_: int, places: Sequence[int], outputs: Sequence[int], values: Sequence[float]
     ) -> list[str]:
-        """Return the C lines that call shared stretch ``number_`` (from 0), with tables of places and numbers
-        (``values``), side by side or one call after the other. ``outputs`` are the numbers of the outputs passed on."""
-        text = self.shared[number_]
-        calls, name = [(places, values)], f"{self.prefix}_shared{number_ + 1}"
-        if len(places) > text.places and number_ in self.together:
-            name += "_together"
-        else:
-            calls = list(text.single_calls(places, values))
-        return [line for call in calls for line in self._call(name, outputs, *call)]
+        """Return the C lines that call shared stretch ``number_`` (from 0) once or several times, with tables of places
+        and numbers (``values``). ``outputs`` are the numbers of the outputs passed on."""
+        text, name = self.shared[number_], f"{self.prefix}_shared{number_ + 1}"
+        if number_ in self.together and len(places) > text.places:
+            return self._call(f"{name}_together", outputs, places, values)
+        return [line for call in text.single_calls(places, values) for line in self._call(name, outputs, *call)]
 
     def _call(self, name: str, outputs: Sequence[int], places: Sequence[int], values: Sequence[float]) -> list[str]:
         """Return the C lines that call function ``name`` of a shared stretch."""

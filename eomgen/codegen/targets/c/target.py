@@ -21,8 +21,8 @@ from eomgen.base.rounding import COMPUTED
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
 from eomgen.codegen.program import PART_LIMIT, FunctionPart, Program, ProgramFunction, ProgramLoop, ProgramShared
-from eomgen.codegen.scheduling.matrix_loops import in_loops
 from eomgen.codegen.scheduling.joining import LANES
+from eomgen.codegen.scheduling.matrix_loops import in_loops
 from eomgen.codegen.scheduling.rerolling import READ
 from eomgen.codegen.scheduling.sharing import NUMBER
 from eomgen.codegen.targets.c.interface import fingerprint, interface_header
@@ -44,8 +44,8 @@ _PER_STATEMENT = 2
 class SourceFile:
     """A C file of a model: the functions, parts of long functions, loops and shared stretches that the file defines.
     ``name`` has no suffix; ``parts`` are (function, index of the part); loops and shared stretches are numbers in the
-    Program; ``later``: no run calls the functions of the file; ``together``: the file has the functions of shared
-    stretches for calls side by side."""
+    Program; ``later``: no run calls the functions of the file; ``together``: its shared stretches have
+    functions that compute several calls together."""
 
     name: str
     functions: list[ProgramFunction] = field(default_factory=list)
@@ -93,7 +93,7 @@ def _called_bodies(parts: Iterable[FunctionPart]) -> Iterator[tuple[str, int]]:
 
 
 def _called_together(program: Program) -> tuple[set[int], set[int]]:
-    """Return the shared stretches with calls side by side, and those with other calls."""
+    """Return the shared stretches with calls that are computed together, and those with other calls."""
     parts = [part for function in (*program.functions, *program.series) for part in function.parts]
     sizes = [text.places for text in program.shared]
     calls = [item.data for part in parts for item in part.statements if item.kind == "share"]
@@ -153,9 +153,9 @@ def _plan_files(
         operations = program.shared[number_].operations
         if not files[-1].together or files[-1].operations + operations > limit:
             files.append(new())
-            files[-1].together = True
         files[-1].shared.append(number_)
         files[-1].operations += operations
+        files[-1].together = True
     return files
 
 
@@ -291,25 +291,20 @@ class _Context:
         printer = Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop), numbers=self.numbers(f"loop{number_}"))
         return indent_lines(printer.lines(loop.statements), 3 if loop.lanes > 1 else 2)
 
-    def shared_statements(self, text: ProgramShared, number_: int) -> str:
-        """Return the C statements in the function of shared stretch ``number_``, from 1."""
-        names, position, outputs = self.c.shared_outputs(text), text.reads, list[Sequence[str]]()
-        for name, size in zip(names, text.results, strict=True):
-            outputs.append([f"{name}[at[{position + component}]]" for component in range(size)])
-            position += size
-        return self._shared(text, f"shared{number_}", {READ: "w[at[{}]]", NUMBER: "K(k[{}])"}, outputs, 1)
-
-    def together_statements(self, text: ProgramShared, number_: int) -> str:
-        """Return the C statements in the function for calls of shared stretch ``number_``, from 1, side by side."""
-        outputs = [[f"s[{first + k}]" for k in range(size)] for _, first, size in self.c.shared_stores(text)]
-        return self._shared(text, f"shared{number_}_together", {READ: "r[{}]", NUMBER: "n[{}]"}, outputs, 2)
-
-    def _shared(
-        self, text: ProgramShared, name: str, inputs: dict[str, str | Sequence[str]], outputs: list[Sequence[str]], depth: int
-    ) -> str:
+    def shared_statements(self, text: ProgramShared, number_: int, *, together: bool = False) -> str:
+        """Return the C statements in the function of shared stretch ``number_``, from 1, or in the function that
+        computes several calls ``together``: with values of all calls in arrays."""
+        name = f"shared{number_}_together" if together else f"shared{number_}"
+        inputs: dict[str, str | Sequence[str]] = {READ: "w[at[{}]]", NUMBER: "K(k[{}])"}
+        if together:
+            inputs = {READ: "r[{}]", NUMBER: "n[{}]"}
+        outputs = [
+            [f"s[{k}]" if together else f"{target}[at[{text.reads + k}]]" for k in range(first, first + size)]
+            for target, first, size in self.c.shared_stores(text)
+        ]
         macros, numbers = self.c.constant_macros(), self.numbers(name)
         printer = Printer(inputs, outputs, self.program.prefix, constants=macros, numbers=numbers)
-        return indent_lines(printer.lines(text.statements), depth)
+        return indent_lines(printer.lines(text.statements), 2 if together else 1)
 
     def file(self, name: str, template: str) -> tuple[str, str]:
         """Return the name and the text of a file that may be written before the functions are scheduled."""
@@ -340,7 +335,6 @@ class _Context:
                 take_tables=_TAKE_TABLES,
                 kernel=self.kernel,
                 shared_statements=self.shared_statements,
-                together_statements=self.together_statements,
                 lanes=LANES,
                 base_of_step=self.base_of_step(),
                 tables=self.tables,
