@@ -19,7 +19,7 @@ LANES = 4
 def join(
     order: Sequence[int], reads: Mapping[int, Set[int]], stretches: Mapping[int, Occurrence]
 ) -> tuple[list[int], dict[int, tuple[Occurrence, ...]]]:
-    """Return the entries in order, with the first one in place of those that are joined, and the occurrences that each
+    """Return the entries in order, the first one of joined entries in place of all, and the occurrences that an entry
     computes.
 
     Parameters
@@ -41,7 +41,7 @@ def join(
     together: dict[int, set[int]] = {}
     for entry in order:
         together.setdefault(first[entry], set()).update(first[read] for read in reads[entry])
-    return _sorted(together), groups
+    return _sort(together), groups
 
 
 def _needs(order: Sequence[int], reads: Mapping[int, Set[int]], stretches: Mapping[int, Occurrence]) -> list[int]:
@@ -57,8 +57,8 @@ def _needs(order: Sequence[int], reads: Mapping[int, Set[int]], stretches: Mappi
 
 
 def _rows(stretches: Sequence[Occurrence], needs: list[int]) -> list[list[int]]:
-    """Return the numbers of the occurrences that are joined, by group. ``needs`` is changed: joined occurrences need
-    what one of them needs, and what needs one of them needs all."""
+    """Return the numbers of the occurrences that are joined, by group. ``needs`` is changed: joined occurrences have
+    the needs of each other, and readers of one need all."""
     rows: list[list[int]] = []
     alike: dict[int, list[int]] = {}
     for k, stretch in enumerate(stretches):
@@ -92,9 +92,9 @@ def _pays(stretch: Occurrence) -> bool:
     return computed + LANES * 2 * moved < LANES * (computed + moved)
 
 
-def _sorted(reads: Mapping[int, Set[int]]) -> list[int]:
-    """Return entries in an order in which each comes after those that it reads: of all that may come next, the first in
-    the given order."""
+def _sort(reads: Mapping[int, Set[int]]) -> list[int]:
+    """Return entries so that each comes after the entries that it reads: of all that may come next, the first in the
+    given order."""
     order = list(reads)
     position = {entry: place for place, entry in enumerate(order)}
     missing = {entry: len(reads[entry]) for entry in order}

@@ -76,8 +76,6 @@ class Plan:
         for node, first in leader.items():
             self.members.setdefault(first, []).append(node)
         self.order = self._with_few_waiting(leader)
-        if self.stretches:
-            self.order = self._join(leader)
         self.part_of = self._cut(part_limit)
         self.by_part: list[list[int]] = [[] for _ in range(self.parts)]
         for node in self.order:
@@ -100,8 +98,8 @@ class Plan:
         self.head |= {node: stretch.nodes[0] for stretch in stretches for node in stretch.nodes}
         return {stretch.nodes[0]: (stretch,) for stretch in stretches}
 
-    def _computed(self, node: int) -> Sequence[int]:
-        """Return the operations that an entry of ``order`` computes, if it is no loop."""
+    def _operations(self, node: int) -> Sequence[int]:
+        """Return the operations of an entry of ``order``, unless the entry is a loop."""
         group = self.stretches.get(node)
         return self.group(node) if group is None else [member for stretch in group for member in stretch.nodes]
 
@@ -111,10 +109,10 @@ class Plan:
         tape, entry_of = self.tape, {node: node for node in self.order} | leader | self.head
         reads: dict[int, set[int]] = {}
         for node in self.order:
-            operands = {abs(ref) for member in self._computed(node) for ref in tape.operands(member)}
+            operands = {abs(ref) for member in self._operations(node) for ref in tape.operands(member)}
             reads[node] = {entry_of[operand] for operand in operands if operand in entry_of} - {node}
         order, self.stretches = join(self.order, reads, {node: group[0] for node, group in self.stretches.items()})
-        self.head |= {node: head for head in self.stretches for node in self._computed(head)}
+        self.head |= {node: head for head in self.stretches for node in self._operations(head)}
         return order
 
     def _joined_maps(self) -> dict[int, tuple[Map, int]]:
@@ -126,9 +124,11 @@ class Plan:
 
     def _with_few_waiting(self, leader: Mapping[int, int]) -> list[int]:
         """Return ``order`` with paragraphs arranged so that few values wait between them (see ``paragraphs.reorder``).
-        ``leader`` maps each operation that is computed together with an earlier one to this one. Functions with loops,
-        shared stretches or Maps keep their order."""
-        if self.loops or self.stretches or self.maps:
+        ``leader`` maps each operation that is computed together with an earlier one to this one. Shared stretches are
+        joined in place of this, and functions with loops or Maps keep their order."""
+        if self.stretches:
+            return self._join(leader)
+        if self.loops or self.maps:
             return self.order
         tape, first_of = self.tape, leader.get
         op, a, b = tape.op, tape.a, tape.b
@@ -181,7 +181,7 @@ class Plan:
         for position in range(len(self.order) - 1, -1, -1):
             node = self.order[position]
             read_at = max(position, last.get(node, position)) if self.uses[node] == 1 else position
-            for member in self._computed(node):
+            for member in self._operations(node):
                 for ref in tape.operands(member):
                     last[abs(ref)] = max(read_at, last.get(abs(ref), read_at))
         return last
@@ -209,7 +209,7 @@ class Plan:
             if node in self.loops:  # operands of loops have separate statements, so they count twice
                 members, times = list(chain.from_iterable(self.loops[node].iterations)), 2
             elif node in self.stretches:
-                members, times = list(self._computed(node)), 2
+                members, times = list(self._operations(node)), 2
             else:
                 members, times = [node], 1
             for member in members:

@@ -281,7 +281,8 @@ class Printer:
     names : names of local values, by number.
     numbers : the table from which numbers are read; without a table, numbers stand in the text.
     place_type : integer type of places in the workspace in tables of shared stretches.
-    shared, together : the shared stretches of the Program, and numbers of those with a function for several calls.
+    shared : the shared stretches of the Program.
+    together : numbers of the stretches with a function for several calls.
     """
 
     inputs: Mapping[str, str | Sequence[str]]

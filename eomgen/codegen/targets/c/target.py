@@ -93,8 +93,8 @@ def _called_bodies(parts: Iterable[FunctionPart]) -> Iterator[tuple[str, int]]:
 
 
 def _called_together(program: Program) -> tuple[set[int], set[int]]:
-    """Return the shared stretches with calls that are computed together, and those with other calls."""
-    parts = [part for function in (*program.functions, *program.series) for part in function.parts]
+    """Return the shared stretches with several calls that are computed together, and the ones with other calls."""
+    parts = [part for function in program.functions for part in function.parts]
     sizes = [text.places for text in program.shared]
     calls = [item.data for part in parts for item in part.statements if item.kind == "share"]
     together = {number_ for number_, places, *_ in calls if len(places) > sizes[number_]}
@@ -136,8 +136,8 @@ def _plan_files(
             target.functions.append(function)
             target.operations += function.operations
             target.parts += [(function, number_) for number_ in range(len(function.parts)) if len(function.parts) > 1]
-    together, single = _called_together(program) if total > limit else ((), shared)
-    for number_ in filter(single.__contains__, shared):
+    together, single = _called_together(program) if shared and total > limit else (set[int](), shared)
+    for number_ in sorted(set(single).intersection(shared)):
         operations = program.shared[number_].operations
         target = room(operations, limit if total > limit else total)
         target.shared.append(number_)
@@ -149,13 +149,13 @@ def _plan_files(
             files.append(target := new())
         target.loops.append(number_)
         target.operations += operations
-    for number_ in filter(together.__contains__, shared):
+    for number_ in sorted(together.intersection(shared)):
         operations = program.shared[number_].operations
-        if not files[-1].together or files[-1].operations + operations > limit:
-            files.append(new())
-        files[-1].shared.append(number_)
-        files[-1].operations += operations
-        files[-1].together = True
+        if not (target := room(operations, limit)).together:
+            files.append(target := new())
+            target.together = True
+        target.shared.append(number_)
+        target.operations += operations
     return files
 
 
