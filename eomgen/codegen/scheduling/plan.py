@@ -103,10 +103,10 @@ class Plan:
         group = self.stretches.get(node)
         return self.group(node) if group is None else [member for stretch in group for member in stretch.nodes]
 
-    def _join(self, leader: dict[int, int]) -> list[int]:
+    def _join(self, leader: Mapping[int, int]) -> list[int]:
         """Join shared stretches in ``stretches`` and ``head``, and return ``order`` with an entry for each group.
         ``leader`` is as in ``_with_few_waiting``."""
-        tape, entry_of = self.tape, {node: node for node in self.order} | leader | self.head
+        tape, entry_of = self.tape, {**{node: node for node in self.order}, **leader, **self.head}
         reads: dict[int, set[int]] = {}
         for node in self.order:
             operands = {abs(ref) for member in self._operations(node) for ref in tape.operands(member)}
