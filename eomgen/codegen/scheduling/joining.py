@@ -7,7 +7,7 @@ reads, and occurrences are joined only if all entries still have an order.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from heapq import heappop, heappush
 
 from eomgen.codegen.scheduling.sharing import CALL, Occurrence
@@ -17,7 +17,7 @@ LANES = 4
 
 
 def join(
-    order: Sequence[int], reads: Mapping[int, Set[int]], stretches: Mapping[int, Occurrence]
+    order: Sequence[int], reads: Mapping[int, Sequence[int]], stretches: Mapping[int, Occurrence]
 ) -> tuple[list[int], dict[int, tuple[Occurrence, ...]]]:
     """Return the entries in order, the first one of joined entries in place of all, and the occurrences that an entry
     computes.
@@ -25,35 +25,35 @@ def join(
     Parameters
     ----------
     order : entries in an order in which they can be computed
-    reads : other entries that an entry reads
+    reads : other entries, and inputs, that an entry reads
     stretches : occurrences by entry
     """
-    needs = _needs(order, reads, stretches)
-    entries = list(stretches)
-    first = dict(zip(order, order, strict=True))
+    rows = _rows(list(stretches.values()), _needs(order, reads, stretches))
+    entries, first = list(stretches), dict[int, int]()  # the others of a group -> the first one
     groups: dict[int, tuple[Occurrence, ...]] = {entry: (stretch,) for entry, stretch in stretches.items()}
-    for row in _rows(list(stretches.values()), needs):
+    for row in rows:
         members = [entries[k] for k in row]
-        first |= dict.fromkeys(members, members[0])
-        groups[members[0]] = tuple(stretches[entry] for entry in members)
-        for entry in members[1:]:
-            del groups[entry]
-    together: dict[int, set[int]] = {}
-    for entry in order:
-        together.setdefault(first[entry], set()).update(first[read] for read in reads[entry])
-    return _sort(together), groups
+        first |= dict.fromkeys(members[1:], members[0])
+        groups |= {members[0]: tuple(stretches[entry] for entry in members)}
+    groups = {entry: group for entry, group in groups.items() if entry not in first}
+    if not rows:
+        return list(order), groups
+    together = {entry: list(reads[entry]) for entry in order if entry not in first}
+    for entry, head in first.items():
+        together[head] += reads[entry]
+    return _sort({entry: [first.get(read, read) for read in together[entry]] for entry in together}), groups
 
 
-def _needs(order: Sequence[int], reads: Mapping[int, Set[int]], stretches: Mapping[int, Occurrence]) -> list[int]:
+def _needs(order: Sequence[int], reads: Mapping[int, Sequence[int]], stretches: Mapping[int, Occurrence]) -> list[int]:
     """Return the occurrences on which each occurrence depends, directly or not, as bits of an integer."""
     bit = {entry: 1 << k for k, entry in enumerate(stretches)}
-    needs: dict[int, int] = {}
+    above: dict[int, int] = {}  # with the own bit
     for entry in order:
-        bits = 0
+        bits = bit.get(entry, 0)
         for read in reads[entry]:
-            bits |= needs[read] | bit.get(read, 0)
-        needs[entry] = bits
-    return [needs[entry] for entry in stretches]
+            bits |= above.get(read, 0)
+        above[entry] = bits
+    return [above[entry] ^ bit[entry] for entry in stretches]
 
 
 def _rows(stretches: Sequence[Occurrence], needs: list[int]) -> list[list[int]]:
@@ -92,23 +92,24 @@ def _pays(stretch: Occurrence) -> bool:
     return computed + LANES * 2 * moved < LANES * (computed + moved)
 
 
-def _sort(reads: Mapping[int, Set[int]]) -> list[int]:
+def _sort(reads: Mapping[int, Sequence[int]]) -> list[int]:
     """Return entries so that each comes after the entries that it reads: of all that may come next, the first in the
     given order."""
     order = list(reads)
-    position = {entry: place for place, entry in enumerate(order)}
-    missing = {entry: len(reads[entry]) for entry in order}
     readers: dict[int, list[int]] = {entry: [] for entry in order}
-    for entry in order:
+    missing = [0] * len(order)
+    for place, entry in enumerate(order):
         for read in reads[entry]:
-            readers[read].append(position[entry])
-    ready = [position[entry] for entry in order if not missing[entry]]  # in order, so a heap
+            if read in readers:
+                readers[read].append(place)
+                missing[place] += 1
+    ready = [place for place, count in enumerate(missing) if not count]  # increasing, so a heap
     result: list[int] = []
     while ready:
         entry = order[heappop(ready)]
         result.append(entry)
         for place in readers[entry]:
-            missing[order[place]] -= 1
-            if not missing[order[place]]:
+            missing[place] -= 1
+            if not missing[place]:
                 heappush(ready, place)
     return result

@@ -106,14 +106,24 @@ class Plan:
     def _join(self, leader: Mapping[int, int]) -> list[int]:
         """Join shared stretches in ``stretches`` and ``head``, and return ``order`` with an entry for each group.
         ``leader`` is as in ``_with_few_waiting``."""
-        tape, entry_of = self.tape, {**{node: node for node in self.order}, **leader, **self.head}
-        reads: dict[int, set[int]] = {}
-        for node in self.order:
-            operands = {abs(ref) for member in self._operations(node) for ref in tape.operands(member)}
-            reads[node] = {entry_of[operand] for operand in operands if operand in entry_of} - {node}
-        order, self.stretches = join(self.order, reads, {node: group[0] for node, group in self.stretches.items()})
+        stretches = {node: group[0] for node, group in self.stretches.items()}
+        order, self.stretches = join(self.order, self._reads(leader), stretches)
         self.head |= {node: head for head in self.stretches for node in self._operations(head)}
         return order
+
+    def _reads(self, leader: Mapping[int, int]) -> dict[int, Sequence[int]]:
+        """Return the entries and inputs that each entry of ``order`` reads; ``leader`` as in ``_with_few_waiting``."""
+        tape, entry = self.tape, {**leader, **self.head}.get
+        op, a, b = tape.op, tape.a, tape.b
+        reads: dict[int, Sequence[int]] = {}
+        for node in self.order:
+            if ARITY[op[node]] == 2 and node not in self.stretches:
+                x, y = abs(a[node]), abs(b[node])
+                reads[node] = (entry(x, x), entry(y, y))
+            else:
+                refs = [abs(ref) for member in self._operations(node) for ref in tape.operands(member)]
+                reads[node] = [read for read in [entry(ref, ref) for ref in refs] if read != node]
+        return reads
 
     def _joined_maps(self) -> dict[int, tuple[Map, int]]:
         """Return ``maps``."""
@@ -130,25 +140,16 @@ class Plan:
             return self._join(leader)
         if self.loops or self.maps:
             return self.order
-        tape, first_of = self.tape, leader.get
-        op, a, b = tape.op, tape.a, tape.b
         paragraphs: list[list[int]] = []
-        reads: dict[int, Sequence[int]] = {}
         label: str | None = None
         end = 0
         for node in self.order:
             if node >= end:
-                before, (_, end, label) = label, tape.label_range(node)
+                before, (_, end, label) = label, self.tape.label_range(node)
                 if label != before or not paragraphs:
                     paragraphs.append([])
             paragraphs[-1].append(node)
-            if ARITY[op[node]] == 2:
-                x, y = abs(a[node]), abs(b[node])
-                reads[node] = (first_of(x, x), first_of(y, y))
-            else:
-                refs = [abs(ref) for member in self.group(node) for ref in tape.operands(member)]
-                reads[node] = [first_of(ref, ref) for ref in refs]
-        return reorder(paragraphs, reads)
+        return reorder(paragraphs, self._reads(leader))
 
     def _cut(self, part_limit: int) -> dict[int, int]:
         """Set ``parts``, the number of parts, and return the number of the part of each operation in ``order``. Parts
