@@ -8,7 +8,7 @@ This module does not know C, and the templates do not know mechanics.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Union
 
 from eomgen.base.data import dataclass, field
@@ -36,7 +36,8 @@ class Statement:
     ``loop`` (number in ``Program.loops``, slot of the first gathered value, slot of the first result); ``call`` (number
     in ``Program.external``, slot of the first operand, slot of the first result); ``share`` (number in
     ``Program.shared``, slots of the values that the statements read, slots of their results and components of the
-    outputs, in this order, output numbers, numbers); ``add`` (number
+    outputs, in this order, output numbers, numbers), of several calls one after the other if these are computed
+    together: none reads a result of another; ``add`` (number
     in ``Program.loops``, slot of the first gathered value, output numbers): a loop that adds to these; ``gather``
     (slot, step, block or "w", index, step, length): equally spaced places into the workspace; ``spread`` (output
     number, component, step, slot, step, length, sign): equally spaced slots into an output; ``circular`` (slot of the
@@ -182,6 +183,18 @@ class ProgramShared:
     results: tuple[int, ...]
     operations: int
     statements: tuple[Statement, ...]
+
+    @property
+    def places(self) -> int:
+        """Number of slots and components of one call in a ``share`` statement."""
+        return self.reads + sum(self.results)
+
+    def single_calls(
+        self, places: Sequence[int], numbers: Sequence[float]
+    ) -> Iterator[tuple[Sequence[int], Sequence[float]]]:
+        """Yield the places and numbers of each call of a ``share`` statement."""
+        for k in range(len(places) // self.places):
+            yield places[k * self.places :][: self.places], numbers[k * self.numbers :][: self.numbers]
 
 
 @dataclass(frozen=True)

@@ -77,8 +77,19 @@ def compile_program(
     file_limit: int = 10**9,
 ) -> Library:
     """Return the library of a Program; its text is the cache key."""
-    files = generate_files(program, file_limit=file_limit)
-    files |= generate_interface(program, files)
+    return compile_files(program, generate_files(program, file_limit=file_limit), folder, real, profile, mode)
+
+
+def compile_files(
+    program: Program,
+    files: Mapping[str, str],
+    folder: Path,
+    real: str = "double",
+    profile: str = "quick",
+    mode: str | None = None,
+) -> Library:
+    """Return the library of a Program from its stand-alone folder."""
+    files = {**files, **generate_interface(program, files)}
     builder = Builder(profile, real, mode, Cache(folder))
     return builder.build("".join(files.values()).encode(), files, INTERFACE_CDEF, interface_layout(program))
 

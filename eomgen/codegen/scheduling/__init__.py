@@ -2,4 +2,4 @@
 
 __all__ = ["scheduler"]
 #: Open to the other parts of ``codegen`` as well.
-WITHIN = ["bodies", "matrix_loops", "program_loops", "rerolling", "scheduler", "sharing", "stretches"]
+WITHIN = ["bodies", "joining", "matrix_loops", "program_loops", "rerolling", "scheduler", "sharing", "stretches"]

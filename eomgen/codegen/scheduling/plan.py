@@ -8,6 +8,7 @@ from itertools import accumulate, chain
 from typing import cast
 
 from eomgen.codegen.program import NEST_LIMIT
+from eomgen.codegen.scheduling.joining import join
 from eomgen.codegen.scheduling.paragraphs import reorder
 from eomgen.codegen.scheduling.rerolling import RerolledLoop
 from eomgen.codegen.scheduling.sharing import Occurrence, find_stretches
@@ -33,7 +34,7 @@ class Plan:
     uses : number of reads and stores of an operation.
     stores : places of stored operations: output number, component, sign.
     loops : from the first operation of a loop to the loop; in ``order`` this operation stands for the whole loop.
-    stretches : likewise, from the first operation of a shared stretch to the stretch.
+    stretches : likewise, from the first operation of a shared stretch to the stretch and those joined with it.
     head : from each operation of a loop or stretch to the first operation.
     read_outside : operations of loops and stretches that are read outside of the loop or stretch.
     added : from the number of a Map to the results that the loop adds to outputs at the end.
@@ -88,14 +89,41 @@ class Plan:
         self.stores: dict[int, list[tuple[int, int, int]]] = {}
         self._count_stores(outputs)
 
-    def _share(self, outputs: Sequence[Sequence[Ref]], *, share: bool) -> dict[int, Occurrence]:
+    def _share(self, outputs: Sequence[Sequence[Ref]], *, share: bool) -> dict[int, tuple[Occurrence, ...]]:
         """Return the shared stretches by their first operation, and note the operations of each in ``head``. Empty if
         ``share`` is false, or for functions with loops."""
         if self.loops or self.added or not share:
             return {}
         stretches = find_stretches(self.tape, self.live, outputs)
         self.head |= {node: stretch.nodes[0] for stretch in stretches for node in stretch.nodes}
-        return {stretch.nodes[0]: stretch for stretch in stretches}
+        return {stretch.nodes[0]: (stretch,) for stretch in stretches}
+
+    def _operations(self, node: int) -> Sequence[int]:
+        """Return the operations of an entry of ``order``, unless the entry is a loop."""
+        group = self.stretches.get(node)
+        return self.group(node) if group is None else [member for stretch in group for member in stretch.nodes]
+
+    def _join(self, leader: Mapping[int, int]) -> list[int]:
+        """Join shared stretches in ``stretches`` and ``head``, and return ``order`` with an entry for each group.
+        ``leader`` is as in ``_with_few_waiting``."""
+        stretches = {node: group[0] for node, group in self.stretches.items()}
+        order, self.stretches = join(self.order, self._reads(leader), stretches)
+        self.head |= {node: head for head in self.stretches for node in self._operations(head)}
+        return order
+
+    def _reads(self, leader: Mapping[int, int]) -> dict[int, Sequence[int]]:
+        """Return the entries and inputs that each entry of ``order`` reads; ``leader`` as in ``_with_few_waiting``."""
+        tape, entry = self.tape, {**leader, **self.head}.get
+        op, a, b = tape.op, tape.a, tape.b
+        reads: dict[int, Sequence[int]] = {}
+        for node in self.order:
+            if ARITY[op[node]] == 2 and node not in self.stretches:
+                x, y = abs(a[node]), abs(b[node])
+                reads[node] = (entry(x, x), entry(y, y))
+            else:
+                refs = [abs(ref) for member in self._operations(node) for ref in tape.operands(member)]
+                reads[node] = [read for read in [entry(ref, ref) for ref in refs] if read != node]
+        return reads
 
     def _joined_maps(self) -> dict[int, tuple[Map, int]]:
         """Return ``maps``."""
@@ -106,29 +134,22 @@ class Plan:
 
     def _with_few_waiting(self, leader: Mapping[int, int]) -> list[int]:
         """Return ``order`` with paragraphs arranged so that few values wait between them (see ``paragraphs.reorder``).
-        ``leader`` maps each operation that is computed together with an earlier one to this one. Functions with loops,
-        shared stretches or Maps keep their order."""
-        if self.loops or self.stretches or self.maps:
+        ``leader`` maps each operation that is computed together with an earlier one to this one. Shared stretches are
+        joined in place of this, and functions with loops or Maps keep their order."""
+        if self.stretches:
+            return self._join(leader)
+        if self.loops or self.maps:
             return self.order
-        tape, first_of = self.tape, leader.get
-        op, a, b = tape.op, tape.a, tape.b
         paragraphs: list[list[int]] = []
-        reads: dict[int, Sequence[int]] = {}
         label: str | None = None
         end = 0
         for node in self.order:
             if node >= end:
-                before, (_, end, label) = label, tape.label_range(node)
+                before, (_, end, label) = label, self.tape.label_range(node)
                 if label != before or not paragraphs:
                     paragraphs.append([])
             paragraphs[-1].append(node)
-            if ARITY[op[node]] == 2:
-                x, y = abs(a[node]), abs(b[node])
-                reads[node] = (first_of(x, x), first_of(y, y))
-            else:
-                refs = [abs(ref) for member in self.group(node) for ref in tape.operands(member)]
-                reads[node] = [first_of(ref, ref) for ref in refs]
-        return reorder(paragraphs, reads)
+        return reorder(paragraphs, self._reads(leader))
 
     def _cut(self, part_limit: int) -> dict[int, int]:
         """Set ``parts``, the number of parts, and return the number of the part of each operation in ``order``. Parts
@@ -146,7 +167,7 @@ class Plan:
     def weight(self, node: int) -> int:
         """Return the number of operations written for an entry of ``order``."""
         if node in self.stretches:
-            return 4  # operations compile in the time of the call with its tables
+            return 4 * len(self.stretches[node])  # operations compile in the time of a call with its tables
         return self.loops[node].period if node in self.loops else 1
 
     def group(self, node: int) -> list[int]:
@@ -161,8 +182,7 @@ class Plan:
         for position in range(len(self.order) - 1, -1, -1):
             node = self.order[position]
             read_at = max(position, last.get(node, position)) if self.uses[node] == 1 else position
-            members = self.stretches[node].nodes if node in self.stretches else self.group(node)
-            for member in members:
+            for member in self._operations(node):
                 for ref in tape.operands(member):
                     last[abs(ref)] = max(read_at, last.get(abs(ref), read_at))
         return last
@@ -190,7 +210,7 @@ class Plan:
             if node in self.loops:  # operands of loops have separate statements, so they count twice
                 members, times = list(chain.from_iterable(self.loops[node].iterations)), 2
             elif node in self.stretches:
-                members, times = list(self.stretches[node].nodes), 2
+                members, times = list(self._operations(node)), 2
             else:
                 members, times = [node], 1
             for member in members:

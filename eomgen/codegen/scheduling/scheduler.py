@@ -275,24 +275,27 @@ class Scheduler:
         self.ends.setdefault(max(self.last_reads.get(node, 0), self.step), []).append(slot)
         return slot
 
-    def _share(self, stretch: Occurrence) -> None:
-        """Write the call of a shared stretch, and note the places of the results: slots of the workspace. Results that
-        go to outputs in only this occurrence (``stretch.left``) are stored after the call."""
-        number = self._text_of(stretch)
-        places = tuple([self.slot(node) for node in stretch.reads])
-        results = tuple([self._slot_of(node) for node in stretch.results])
+    def _share(self, group: Sequence[Occurrence]) -> None:
+        """Write the call of shared stretches that are computed together, and note the places of the results: slots of
+        the workspace. Results that go to outputs in only one occurrence (``left``) are stored after the call."""
+        number, stores = self._text_of(group), group[0].body.stores
+        read = [[self.slot(node) for node in stretch.reads] for stretch in group]
+        given = [[self._slot_of(node) for node in stretch.results] for stretch in group]
+        rows = [[*first, *then, *stretch.components] for first, then, stretch in zip(read, given, group, strict=True)]
         self.open.workspace = True
-        outputs = tuple(dict.fromkeys(output for output, _ in stretch.body.stores))
+        outputs = tuple(dict.fromkeys(output for output, _ in stores))
         self.open.outputs |= set(outputs)
-        self._emit("share", number, (*places, *results, *stretch.components), outputs, stretch.numbers)
-        for node, slot in zip(stretch.results, results, strict=True):
-            self.expressions[node] = ("w", slot)
-        self._store_all(stretch.left)
+        numbers = chain.from_iterable(stretch.numbers for stretch in group)
+        self._emit("share", number, tuple(chain.from_iterable(rows)), outputs, tuple(numbers))
+        for stretch, slots in zip(group, given, strict=True):
+            self.expressions |= {node: ("w", slot) for node, slot in zip(stretch.results, slots, strict=True)}
+        for stretch in group:
+            self._store_all(stretch.left)
 
-    def _text_of(self, stretch: Occurrence) -> int:
-        """Return the number of the stretch's statements among the shared texts of the Program, which equal statements
-        share. The body is scheduled at the first occurrence; each call counts and adds a label."""
-        body, shared = stretch.body, self.bodies.shared
+    def _text_of(self, group: Sequence[Occurrence]) -> int:
+        """Return the number of the statements of a group among the shared texts of the Program, which equal statements
+        share. The body is scheduled at the first occurrence; each occurrence counts and adds a label."""
+        stretch, body, shared = group[0], group[0].body, self.bodies.shared
         assert shared is not None  # a function without shared texts has no stretches
         if id(body) not in self.texts:
             outputs = dict.fromkeys(output for output, _ in body.stores)
@@ -306,9 +309,9 @@ class Scheduler:
                 shared.append(ProgramShared((), 0, *sizes, made.operations, statements))
             self.texts[id(body)] = known
         number = self.texts[id(body)]
-        text, label = shared[number], self.tape.label(stretch.nodes[0])
-        labels = text.labels if label in text.labels else (*text.labels, label)
-        shared[number] = replace(text, calls=text.calls + 1, labels=labels)
+        text = shared[number]
+        labels = dict.fromkeys((*text.labels, *(self.tape.label(stretch.nodes[0]) for stretch in group)))
+        shared[number] = replace(text, calls=text.calls + len(group), labels=tuple(labels))
         return number
 
     def _repeat(self, loop: RerolledLoop) -> None:

@@ -25,8 +25,10 @@ from eomgen.symbolic.tape import ARITY, Ref, Tape, record
 
 #: Least number of operations of a function in which stretches are looked for.
 SHARE_FROM = PART_LIMIT
-#: Least and largest number of operations of a stretch: a call takes as long as ten operations, an operand from a table
-#: twice as long as one from a fixed place, and compilers take more than proportional time for long functions.
+#: Time of a call, in operations.
+CALL = 10
+#: Least and largest number of operations of a stretch: an operand from a table takes twice as long as one from a fixed
+#: place, and compilers take more than proportional time for long functions.
 SHORTEST, LONGEST = 48, 1100
 #: Numbers of occurrences that are looked for first: many short texts are shorter than few long ones.
 _OCCURRENCES = (4, 3, 2)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import lru_cache
+from itertools import accumulate
 
 from eomgen.codegen.program import Addition, OutputArray, Program, ProgramFunction, ProgramLoop, ProgramShared
 from eomgen.codegen.scheduling.stretches import ranges
@@ -240,6 +241,11 @@ class CNames:
         texts = [self.output_type(name, real=real) for name in self.shared_outputs(text)]
         texts.append(f"const {self.place_type} *restrict at")
         return ", ".join([*texts, *(["const double *restrict k"] if text.numbers else [])])
+
+    def shared_stores(self, text: ProgramShared) -> Iterator[tuple[str, int, int]]:
+        """Yield each argument in which a shared stretch stores values, the number of the first one, and how many."""
+        ends = accumulate(text.results, initial=0)
+        yield from zip(self.shared_outputs(text), ends, text.results, strict=False)
 
     @staticmethod
     def shared_comment(text: ProgramShared) -> str:

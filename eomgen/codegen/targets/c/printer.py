@@ -10,11 +10,11 @@ import itertools
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, cast
 
 from eomgen.base.data import dataclass, field
-from eomgen.codegen.program import Expression, Statement
+from eomgen.codegen.program import Expression, ProgramShared, Statement
 from eomgen.codegen.targets.c.naming import INNER, comment
 from eomgen.codegen.targets.c.tables import WIDTH, chosen, place, shift
 
@@ -281,6 +281,8 @@ class Printer:
     names : names of local values, by number.
     numbers : the table from which numbers are read; without a table, numbers stand in the text.
     place_type : integer type of places in the workspace in tables of shared stretches.
+    shared : the shared stretches of the Program.
+    together : numbers of the stretches with a function for several calls.
     """
 
     inputs: Mapping[str, str | Sequence[str]]
@@ -291,6 +293,8 @@ class Printer:
     names: Mapping[int, str] = field(default_factory=dict)
     numbers: NumberTable | None = None
     place_type: str = "int"
+    shared: Sequence[ProgramShared] = ()
+    together: Collection[int] = ()
     _first_local: int | None = None  # register of local value 0 in a function on the tape engine
 
     def expression(self, expression: Expression) -> str:
@@ -433,8 +437,15 @@ class Printer:
     def _print_share(
         self, number_: int, places: Sequence[int], outputs: Sequence[int], values: Sequence[float]
     ) -> list[str]:
-        """Return the C lines that call shared stretch ``number_`` (from 0), with tables of places and numbers
-        (``values``). ``outputs`` are the numbers of the outputs passed on."""
+        """Return the C lines that call shared stretch ``number_`` (from 0) once or several times, with tables of places
+        and numbers (``values``). ``outputs`` are the numbers of the outputs passed on."""
+        text, name = self.shared[number_], f"{self.prefix}_shared{number_ + 1}"
+        if number_ in self.together and len(places) > text.places:
+            return self._call(f"{name}_together", outputs, places, values)
+        return [line for call in text.single_calls(places, values) for line in self._call(name, outputs, *call)]
+
+    def _call(self, name: str, outputs: Sequence[int], places: Sequence[int], values: Sequence[float]) -> list[str]:
+        """Return the C lines that call function ``name`` of a shared stretch."""
         lines = [f"    {line}" for line in _table(f"static const {self.place_type} at", list(map(str, places)))]
         arguments = ["w", *(str(self.outputs[output]) for output in outputs), "at"]
         if values and self.numbers is not None:
@@ -442,7 +453,7 @@ class Printer:
         elif values:
             lines += [f"    {line}" for line in _table("static const double k", [number(value) for value in values])]
             arguments.append("k")
-        return ["{", *lines, f"    {self.prefix}_shared{number_ + 1}({', '.join(arguments)});", "}"]
+        return ["{", *lines, f"    {name}({', '.join(arguments)});", "}"]
 
     # statements of the tape engine, see ``tape_code``
 

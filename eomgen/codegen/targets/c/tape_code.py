@@ -11,11 +11,11 @@ copies stay C, between runs of instructions.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
-from eomgen.codegen.program import Expression, FunctionPart, Program, ProgramFunction, Statement
+from eomgen.codegen.program import Expression, FunctionPart, Program, ProgramFunction, ProgramShared, Statement
 from eomgen.codegen.scheduling.rerolling import READ
 from eomgen.codegen.targets.c.naming import MOST_SHORT
 from eomgen.symbolic.operations import NAMES
@@ -132,15 +132,21 @@ def _without_calls(program: Program, function: ProgramFunction) -> ProgramFuncti
         first = _last_local(part.statements)
         statements: list[Statement] = []
         for statement in part.statements:
-            statements += _inline(program, statement, first) if statement.kind == "share" else [statement]
+            if statement.kind != "share":
+                statements.append(statement)
+                continue
+            number, every, outputs, values = statement.data
+            text = program.shared[number]
+            for places, numbers in text.single_calls(every, values):
+                statements += _inline(text, places, outputs, numbers, first)
         parts.append(replace(part, statements=tuple(statements)))
     return replace(function, parts=tuple(parts))
 
 
-def _inline(program: Program, call: Statement, first: int) -> Iterator[Statement]:
+def _inline(
+    text: ProgramShared, places: Sequence[int], outputs: Sequence[int], numbers: Sequence[float], first: int
+) -> Iterator[Statement]:
     """Yield the statements of a shared stretch for one call; local values are numbered after ``first``."""
-    number, places, outputs, numbers = call.data
-    text = program.shared[number]
     targets = iter(places[text.reads :])
     places_of = [[next(targets) for _ in range(size)] for size in text.results]
 

@@ -21,6 +21,7 @@ from eomgen.base.rounding import COMPUTED
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
 from eomgen.codegen.program import PART_LIMIT, FunctionPart, Program, ProgramFunction, ProgramLoop, ProgramShared
+from eomgen.codegen.scheduling.joining import LANES
 from eomgen.codegen.scheduling.matrix_loops import in_loops
 from eomgen.codegen.scheduling.rerolling import READ
 from eomgen.codegen.scheduling.sharing import NUMBER
@@ -43,7 +44,8 @@ _PER_STATEMENT = 2
 class SourceFile:
     """A C file of a model: the functions, parts of long functions, loops and shared stretches that the file defines.
     ``name`` has no suffix; ``parts`` are (function, index of the part); loops and shared stretches are numbers in the
-    Program; ``later``: no run calls the functions of the file."""
+    Program; ``later``: no run calls the functions of the file; ``together``: its shared stretches have
+    functions that compute several calls together."""
 
     name: str
     functions: list[ProgramFunction] = field(default_factory=list)
@@ -52,6 +54,7 @@ class SourceFile:
     shared: list[int] = field(default_factory=list)
     operations: int = 0
     later: bool = False
+    together: bool = False
 
 
 def plan_files(program: Program, limit: int = FILE_LIMIT, later: Collection[str] = ()) -> list[SourceFile]:
@@ -89,6 +92,15 @@ def _called_bodies(parts: Iterable[FunctionPart]) -> Iterator[tuple[str, int]]:
                 yield "share" if item.kind == "share" else "loop", item.data[0]
 
 
+def _called_together(program: Program) -> tuple[set[int], set[int]]:
+    """Return the shared stretches with several calls that are computed together, and the ones with other calls."""
+    parts = [part for function in program.functions for part in function.parts]
+    sizes = [text.places for text in program.shared]
+    calls = [item.data for part in parts for item in part.statements if item.kind == "share"]
+    together = {number_ for number_, places, *_ in calls if len(places) > sizes[number_]}
+    return together, {number_ for number_, places, *_ in calls if len(places) == sizes[number_]}
+
+
 def _plan_files(
     program: Program,
     before: Sequence[SourceFile],
@@ -124,7 +136,8 @@ def _plan_files(
             target.functions.append(function)
             target.operations += function.operations
             target.parts += [(function, number_) for number_ in range(len(function.parts)) if len(function.parts) > 1]
-    for number_ in shared:
+    together, single = _called_together(program) if shared and total > limit else (set[int](), shared)
+    for number_ in sorted(set(single).intersection(shared)):
         operations = program.shared[number_].operations
         target = room(operations, limit if total > limit else total)
         target.shared.append(number_)
@@ -135,6 +148,13 @@ def _plan_files(
         if target.operations and target.operations + operations > limit and total > limit:
             files.append(target := new())
         target.loops.append(number_)
+        target.operations += operations
+    for number_ in sorted(together.intersection(shared)):
+        operations = program.shared[number_].operations
+        if not (target := room(operations, limit)).together:
+            files.append(target := new())
+            target.together = True
+        target.shared.append(number_)
         target.operations += operations
     return files
 
@@ -189,6 +209,7 @@ class _Context:
         self._bodies: dict[tuple[str, int], str] = {}
         self.c = names(program)
         self.files = plan_files(program, sys.maxsize if tape else file_limit, later)
+        self.together = {number_ for file in self.files if file.together for number_ in file.shared}
         self.stepper = stepper_names(program) if program.method else {}
         self.tables = curve_tables(program.curves)
 
@@ -251,6 +272,7 @@ class _Context:
         numbers = self.numbers(_part_name(function, part)) if known else None
         texts, prefix, places = self.c.input_texts(), self.program.prefix, self.c.place_type
         printer = Printer(texts, outputs, prefix, constants=macros, names=names, numbers=numbers, place_type=places)
+        printer.shared, printer.together = self.program.shared, self.together
         return indent_lines([*declared, *printer.lines(statements)], 1)
 
     def base_of_step(self) -> str:
@@ -269,16 +291,20 @@ class _Context:
         printer = Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop), numbers=self.numbers(f"loop{number_}"))
         return indent_lines(printer.lines(loop.statements), 3 if loop.lanes > 1 else 2)
 
-    def shared_statements(self, text: ProgramShared, number_: int) -> str:
-        """Return the C statements in the function of shared stretch ``number_``, from 1."""
+    def shared_statements(self, text: ProgramShared, number_: int, *, together: bool = False) -> str:
+        """Return the C statements in the function of shared stretch ``number_``, from 1, or in the function that
+        computes several calls ``together``: with values of all calls in arrays."""
+        name = f"shared{number_}_together" if together else f"shared{number_}"
         inputs: dict[str, str | Sequence[str]] = {READ: "w[at[{}]]", NUMBER: "K(k[{}])"}
-        names, position, outputs = self.c.shared_outputs(text), text.reads, list[Sequence[str]]()
-        for name, size in zip(names, text.results, strict=True):
-            outputs.append([f"{name}[at[{position + component}]]" for component in range(size)])
-            position += size
-        macros, numbers = self.c.constant_macros(), self.numbers(f"shared{number_}")
+        if together:
+            inputs = {READ: "r[{}]", NUMBER: "n[{}]"}
+        outputs = [
+            [f"s[{k}]" if together else f"{target}[at[{text.reads + k}]]" for k in range(first, first + size)]
+            for target, first, size in self.c.shared_stores(text)
+        ]
+        macros, numbers = self.c.constant_macros(), self.numbers(name)
         printer = Printer(inputs, outputs, self.program.prefix, constants=macros, numbers=numbers)
-        return indent_lines(printer.lines(text.statements), 1)
+        return indent_lines(printer.lines(text.statements), 2 if together else 1)
 
     def file(self, name: str, template: str) -> tuple[str, str]:
         """Return the name and the text of a file that may be written before the functions are scheduled."""
@@ -309,6 +335,7 @@ class _Context:
                 take_tables=_TAKE_TABLES,
                 kernel=self.kernel,
                 shared_statements=self.shared_statements,
+                lanes=LANES,
                 base_of_step=self.base_of_step(),
                 tables=self.tables,
                 tape=self.tape,
@@ -532,7 +559,7 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield "eomgen_tape.c", context.render("c/model/eomgen_tape.c.jinja", operations=OPERATIONS, unary=FUNCTIONS)
     for file in context.files:
         if not file.later:
-            yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
+            yield f"{file.name}.c", context.render(_template(file), file=file)
     if program.method:
         yield _stepper(context)
     if program.controller:
@@ -553,6 +580,10 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_uniform.c", context.render("c/uniform/model.c.jinja", **texts)
 
 
+def _template(file: SourceFile) -> str:
+    return "c/model/together.c.jinja" if file.together else "c/model/model.c.jinja"
+
+
 def _stepper(context: _Context) -> tuple[str, str]:
     from eomgen.codegen.targets.c.templates import stepper_template  # noqa: PLC0415  # known texts need no Jinja
 
@@ -564,7 +595,7 @@ def _later_sources(context: _Context) -> Iterator[tuple[str, str]]:
     """Yield the sources of functions that are compiled later."""
     for file in context.files:
         if file.later:
-            yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
+            yield f"{file.name}.c", context.render(_template(file), file=file)
 
 
 def _external_context(program: Program) -> dict[str, Any]:
@@ -606,7 +637,7 @@ def render_files(program: Program, templates: Mapping[str, str], **extra: object
     if len(context.files) > 1:
         files[f"{program.prefix}_parts.h"] = context.render("c/model/parts.h.jinja")
     for file in context.files:
-        files[f"{file.name}.c"] = context.render("c/model/model.c.jinja", file=file)
+        files[f"{file.name}.c"] = context.render(_template(file), file=file)
     return files | {name: context.render(template, **extra) for name, template in templates.items()}
 
 
