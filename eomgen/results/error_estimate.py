@@ -11,10 +11,9 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 
-#: Observed order below which there is none, and the part of the motion above which that matters.
-NO_ORDER, NOTICED = 0.5, 0.03
-#: How far the observed order may be from the method's.
-OTHER_ORDER = 0.75
+#: Observed order below which there is none, how far an order may be from the method's, and the part of the motion above
+#: which that matters.
+NO_ORDER, OTHER_ORDER, NOTICED = 0.5, 0.75, 0.03
 #: Error target of hints, relative to the motion.
 AIM = 0.01
 #: References of relative errors, unless the motion is too small.
