@@ -10,7 +10,7 @@ from setuptools import setup
 from setuptools.command.build_py import build_py
 
 #: Endings of files of examples in the wheel: pictures would take ten times its room.
-_OF_EXAMPLES = (".c", ".csv", ".md", ".py", ".toml", ".urdf")
+_OF_EXAMPLES = (".c", ".csv", ".md", ".py", ".tir", ".toml", ".urdf")
 
 
 class BuildWithData(build_py):

@@ -11,8 +11,9 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 
-#: Observed order below which there is none, and the part of the motion above which that matters.
-NO_ORDER, NOTICED = 0.5, 0.03
+#: Observed order below which there is none, how far an order may be from the method's, and the part of the motion above
+#: which that matters.
+NO_ORDER, OTHER_ORDER, NOTICED = 0.5, 0.75, 0.03
 #: Error target of hints, relative to the motion.
 AIM = 0.01
 #: References of relative errors, unless the motion is too small.
@@ -166,10 +167,11 @@ class ErrorEstimate:
 
     @property
     def evidence(self) -> str:
-        """The order observed with the declared order, if they are known, the runs that show the order, and the time
-        that these runs took, in words; without meaning if the errors are not known."""
-        declared = "" if np.isnan(self.declared_order) else f" of {self.declared_order:g}"
-        order = "" if np.isnan(self.order) else f"order {self.order:.2f}{declared}, "
+        """The order observed with the declared order, if errors fall with the step and no faster than the method's, the
+        runs of the estimate, and the time that these runs took, in words; without meaning if the errors are not
+        known."""
+        seen = NO_ORDER <= self.order <= self.declared_order + OTHER_ORDER
+        order = f"order {self.order:.2f} of {self.declared_order:g}, " if seen else ""
         return f"{order}by {self.method}, in {self.seconds:.2g} s"
 
     @property

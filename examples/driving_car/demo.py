@@ -258,7 +258,7 @@ def rough_road(model: eomgen.Model) -> Figure:
         spectrum = run.psd(name, start=5.0, segments=30)
         label = f"{axis_name}, {felt:.2f} m/s² by {weighting}"
         left.loglog(spectrum.frequencies, spectrum.density, color=colour, linewidth=0.9, label=label)
-    left.set(xlabel="frequency, Hz", ylabel="acceleration of the seat, (m/s²)²/Hz", xlim=(0.2, 50.0), ylim=(1e-5, 2.0))
+    left.set(xlabel="frequency, Hz", ylabel="acceleration of the seat, (m/s²)²/Hz", xlim=(0.3, 25.0), ylim=(1e-6, 2.0))
     left.legend(frameon=False)
     for wheel, (name, colour) in enumerate(WHEELS[::2]):
         right.plot(run.t, run["loads"][:, 2 * wheel] / 1e3, color=colour, linewidth=0.7, label=name)
@@ -279,14 +279,14 @@ MANOEUVRES: Mapping[str, Callable[[eomgen.Model], Figure]] = {
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(MANOEUVRES)}")
+    parser.add_argument("names", nargs="*", choices=[*MANOEUVRES, "all"], default="all")
     parser.add_argument("--car", default="car.toml", help="file of the car in system")
     parser.add_argument("--speed", type=float, help="in km/h; the manoeuvre's by default")
     parser.add_argument("--out", type=Path, default=Path("out/driving_car"))
     arguments = parser.parse_args()
     plt.rcParams.update({"font.size": 9, "axes.spines.top": False})
     arguments.out.mkdir(parents=True, exist_ok=True)
-    for name in arguments.names or MANOEUVRES:
+    for name in MANOEUVRES if "all" in arguments.names else arguments.names:
         figure = MANOEUVRES[name](built(name, arguments.car, arguments.speed))
         # the picture of the example itself is its last manoeuvre with a course
         for file in (name, *(["driving_car"] if name == "lane_change" else [])):

@@ -49,9 +49,8 @@ def draw(model: eomgen.Model, path: Path) -> None:
     frequency.set(xlabel="speed, m/s", ylabel="frequency, Hz", ylim=(0, None))
     damping.set(xlabel="speed, m/s", ylabel="damping ratio", ylim=(-0.12, 0.8))
     kicked.set(xlabel="time, s", ylabel="steering angle, deg", title="A kick at the handlebar at 40 m/s")
-    for axes in (damping, kicked):
-        axes.legend(frameon=False, fontsize=8, title="steering damper", title_fontsize=8)
     for axes in (frequency, damping, kicked):
+        axes.legend(frameon=False, fontsize=8, title="steering damper", title_fontsize=8)
         axes.grid(alpha=0.3, linewidth=0.5)
     figure.savefig(path, dpi=120)
     print(path)

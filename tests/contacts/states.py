@@ -15,7 +15,7 @@ from eomgen.products.contacts.tangential_laws import TangentialLaw, read_formula
 from eomgen.products.contacts.tyre_files import TyreFile, read_tyre_file
 
 Array = NDArray[np.float64]
-OWN = Path(__file__).parents[2] / "examples/rolling_tyre/system/car_tyre.tir"
+OWN = Path(__file__).with_name("car_tyre.tir")
 #: Names of results by MFeval's names.
 RESULTS = {
     "Fx": "force_x", "Fy": "force_y", "Mx": "moment_x", "My": "moment_y", "Mz": "moment_z",

@@ -185,3 +185,14 @@ def test_the_damper_makes_wobble_stable_and_weave_less_so() -> None:
     assert found[0.0]["weave"][-1].real < found[6.0]["weave"][-1].real < 0.0
     assert 5.0 < found[6.0]["wobble"][1].imag / (2.0 * np.pi) < 10.0
     assert 2.0 < found[6.0]["weave"][1].imag / (2.0 * np.pi) < 4.0
+
+
+@pytest.mark.slow
+def test_each_panel_of_the_picture_names_its_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    roots = np.full(len(example.SPEEDS), -1.0 + 20.0j)
+    monkeypatch.setitem(
+        example.draw.__globals__, "weave_and_wobble", lambda *_: {"weave": roots, "wobble": 2.0 * roots}
+    )
+    example.draw(eomgen.build(SCENE, profile="quick"), tmp_path / "motorcycle.png")
+    for axes, lines in zip(example.plt.gcf().axes, (4, 4, 2), strict=True):
+        assert len(axes.get_legend().get_texts()) == lines

@@ -19,6 +19,7 @@ from tests.contacts.pairs import scene_of
 from tests.contacts.states import MORE, OWN, own_tyre
 from tests.contacts.test_tangential_laws import BRUSH, VAN
 from tests.contacts.test_tangential_laws import LINEAR as LINEAR_SLIP
+from tests.examples.demos import EXAMPLES
 from tests.oracles.evaluation import Array, tape_evaluator
 from tests.oracles.states import jacobian
 
@@ -220,9 +221,9 @@ def test_a_braked_wheel_on_a_slope_stays_standing() -> None:
     ("law", "normal", "message"),
     [
         (
-            f"{TYRE}, coefficients = {{ PKY11 = 3 }}",
+            f"{TYRE}, coefficients = {{ LMUXX = 3 }}",
             "",
-            "(contacts.road.tangential.coefficients.PKY11): 'PKY11' is not",
+            "(contacts.road.tangential.coefficients.LMUXX): 'LMUXX' is not a coefficient of magic_formula; try: LMUX",
         ),
         (f"{TYRE}, coefficients = {{ force_x = 3 }}", "", "coefficients.force_x): 'force_x' is not a coefficient of"),
         (
@@ -353,7 +354,8 @@ def test_moments_of_the_tyre_are_quantities() -> None:
 def test_a_note_lists_keys_without_use(tmp_path: Path) -> None:
     """Among them the mode, if it asks for less than combined slip."""
     scene = wheel(TYRE)
-    assert [note for note in scene.notes if "keys that the law does not use: ASPECT_RATIO, PDXP1, PKYP1, Q_RA1" in note]
+    text = f"{OWN.name}: keys that the law does not use: ASPECT_RATIO, PDXP1, PKYP1, Q_RA1"
+    assert [note for note in scene.notes if note.startswith(text)]
     assert float(seen_at(scene, np.zeros((1, 2)))["normal_force"][0]) == pytest.approx(4000.0, rel=0.3)
     assert len(scene.states) == 2 and scene.states[0].name == "road_deflection_x"
     (tmp_path / "car.tir").write_text(OWN.read_text(encoding="utf-8").replace("= 124", "= 123"), encoding="utf-8")
@@ -369,9 +371,8 @@ def test_slips_camber_and_load_end_at_the_ranges_of_the_file(tmp_path: Path) -> 
     )
     (tmp_path / "car.tir").write_text(f"{fitted}[RANGE]\n{ends}", encoding="utf-8")
     scene = wheel(f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"')
-    text = (
-        "slips, camber and load end at the ranges of car.tir: KPUMIN = -0.02, KPUMAX = 1, ALPMIN = -1, ALPMAX = 0.015"
-    )
+    text = "KPUMIN = -0.02, KPUMAX = 1, ALPMIN = -1, ALPMAX = 0.015"
+    text = f"car.tir: slips, camber and load end at the ranges of the file: {text}"
     assert [note for note in scene.notes if f"{text}, CAMMIN = -1, CAMMAX = 0.05, FZMAX = 3900" in note]
     seen = seen_at(scene, np.zeros((7, 2)), steps=2000)
     known = {name: seen[name] for name in ("velocity_x", "wheel_speed")}
@@ -381,6 +382,19 @@ def test_slips_camber_and_load_end_at_the_ranges_of_the_file(tmp_path: Path) -> 
     assert (seen["normal_force"] > 3900.0).any() and (seen["camber"] > 0.05).any() and (seen["slip_y"] > 0.016).all()
     np.testing.assert_allclose(seen["friction_force_x"], free["force_x"], rtol=1e-3)
     np.testing.assert_allclose(seen["friction_force_y"], free["force_y"], rtol=1e-3)
+
+
+def test_notes_of_a_file_are_told_once(tmp_path: Path) -> None:
+    """Of two wheels with the same tyre; the tyres of examples cause no note."""
+    (tmp_path / "wheel.toml").write_text(wheel_text(TYRE), encoding="utf-8")
+    whole = (
+        'format = 1\nname = "two"\ninclude.left = { file = "wheel.toml" }\ninclude.right = { file = "wheel.toml" }\n'
+    )
+    (tmp_path / "two.toml").write_text(whole, encoding="utf-8")
+    notes = eomgen.load(tmp_path / "two.toml").notes
+    assert sum(OWN.name in note for note in notes) == 2  # keys, ranges
+    for name in ("rolling_tyre/system/wheel", "motorcycle/system/motorcycle", "driving_car/system/step_steer"):
+        assert not [note for note in eomgen.load(EXAMPLES / f"{name}.toml").notes if ".tir" in note]
 
 
 def test_a_file_is_found_from_the_folder_of_an_included_scene(tmp_path: Path) -> None:

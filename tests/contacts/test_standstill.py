@@ -113,3 +113,37 @@ def test_tyres_of_a_parked_car_are_springs(tmp_path: Path) -> None:
     found = car_at(0.0, tmp_path).equilibrium()
     assert found.frequencies[0] == 0.0 and found.frequencies[1] > 5.0
     assert len(found.undetermined) == 5 and "v.front_left_wheel" in found.undetermined
+
+
+BLOCK = """format = 1
+name = "block"
+gravity = ["9.81 * sin(25 * pi / 180)", 0, "-9.81 * cos(25 * pi / 180)"]
+bodies.block = { mass = 2, inertia = [0.01, 0.02, 0.02] }
+joints.block = { type = "free", parent = "base", child = "block", initial = { position = [0, 0, 0.05] } }
+parameters.damping = { value = 1, unit = "s/m", tunable = true }
+"""
+FOOT = """
+[contacts.foot_{number}]
+first = {{ body = "base", axis = [0, 0, 1] }}
+second = {{ body = "block", position = [{x}, {y}, -0.05] }}
+shape = "point"
+normal = {{ type = "linear", stiffness = 1e5, damping = 200 }}
+tangential = {{ type = "bristles", friction = 0.55, damping = "damping" }}
+"""
+
+
+@pytest.mark.slow
+def test_bristles_with_a_tenth_of_their_critical_damping_do_not_creep() -> None:
+    """Figures of docs/scene/contacts.md: a block on a slope, at 0.85 of the largest friction."""
+    feet = enumerate(((0.1, 0.05), (-0.1, 0.05), (0.0, -0.1)))
+    text = BLOCK + "".join(FOOT.format(number=number, x=x, y=y) for number, (x, y) in feet)
+    model = eomgen.build(scene_of(text), profile="quick")
+    critical = 2.0 * math.sqrt(0.55 / (9.81 * 1e-4))
+    assert critical == pytest.approx(47.0, abs=0.5)
+    for damping, creep in ((0.5, 0.34e-3), (1.0, 0.16e-3), (2.0, 0.0), (0.1 * critical, 0.0)):
+        values = {"damping": damping}
+        run = model.simulate(10.0, 1e-4, parameters=values, record_every=10, error_estimate=False)
+        x, last = run.q[:, 4], run.t > 9.0
+        assert x[-1] - x[last][0] == pytest.approx(creep, rel=0.1, abs=1e-7)
+        if damping > 4.0:
+            assert np.ptp(x[run.t > 0.5]) < 1e-6

@@ -82,6 +82,12 @@ def test_mistakes_have_file_line_and_key(
     assert message in str(caught.value)
 
 
+def test_a_file_of_another_kind_is_told(tmp_path: Path) -> None:
+    (tmp_path / "law.json").write_text('{\n  "PCX1": 1.6\n}\n', encoding="utf-8")
+    with pytest.raises(DescriptionError, match=r"law\.json: no line is a key with a value, .*try: a \.tir file"):
+        read_tyre_file(tmp_path / "law.json")
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [

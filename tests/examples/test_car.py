@@ -89,12 +89,28 @@ def test_the_car_turns_to_the_left_and_understeers() -> None:
     assert right > left + 500.0
 
 
-@pytest.mark.long
-def test_the_car_on_bushings_runs() -> None:
+def _data() -> dict[str, Any]:
+    """Return the scene of the car, with absolute paths of its parts."""
     data = tomllib.loads((SYSTEM / "car.toml").read_text(encoding="utf-8"))
-    data["include"]["front"]["file"] = "front_axle_on_bushings.toml"
     for part in data["include"].values():
         part["file"] = str(SYSTEM / part["file"])
+    return data
+
+
+@pytest.mark.long
+def test_wheels_start_by_the_speed() -> None:
+    """At another speed of the car the tyres have no slip at the start: their forces keep the speed."""
+    data = _data()
+    data["parameters"]["speed"]["value"] = 40.0
+    car = eomgen.build(data)
+    run = car.simulate(0.2, 1e-3, error_estimate=False)
+    np.testing.assert_allclose(np.hypot(run.v[:, 3], run.v[:, 4]), 40.0, rtol=1e-3)
+
+
+@pytest.mark.long
+def test_the_car_on_bushings_runs() -> None:
+    data = _data()
+    data["include"]["front"]["file"] = str(SYSTEM / "front_axle_on_bushings.toml")
     car = eomgen.build(data)
     run = car.simulate(2.0, 1e-3, inputs={"steering": 0.5}, error_estimate=False)
     assert run.success, run.message

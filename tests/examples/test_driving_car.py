@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -257,3 +258,33 @@ def test_the_car_by_hard_points_takes_the_place_of_the_small_one() -> None:
     assert found["response"] == pytest.approx(0.172, abs=5e-3)
     # in steady motion the lateral acceleration is speed times yaw rate
     assert run["lateral_acceleration"][-1] == pytest.approx(found["steady"] * run["ground_speed"][-1], rel=5e-3)
+
+
+@pytest.mark.slow
+def test_braking_on_split_friction() -> None:
+    """Wheels start at the car's speed; a car that turns around more than once is steered without jumps."""
+    demo = demo_module("driving_car")
+    model = demo.built("split_braking", "car.toml")
+    run = model.simulate()
+    np.testing.assert_allclose(run["rolling"][0], 80.0 / 3.6, rtol=3e-3)
+    assert run["place"][-1, 0] - np.interp(0.5, run.t, run["place"][:, 0]) == pytest.approx(50.4, abs=0.2)
+    locked = model.simulate(parameters={"control": 0.0})
+    assert np.ptp(np.unwrap(locked["heading"].ravel())) > 2.0 * np.pi
+    assert "between the steps" not in locked.message
+
+
+def test_manoeuvres_by_name(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    demo, driven = demo_module("driving_car"), []
+    monkeypatch.setattr(demo, "built", lambda name, *_: driven.append(name))
+    monkeypatch.setattr(demo, "MANOEUVRES", dict.fromkeys(demo.MANOEUVRES, lambda _: demo.plt.figure()))
+    for words, expected in ([], [*demo.MANOEUVRES]), (["lane_change"], ["lane_change"]):
+        driven.clear()
+        monkeypatch.setattr("sys.argv", ["demo.py", *words, "--out", str(tmp_path)])
+        demo.main()
+        assert driven == expected
+    monkeypatch.setattr("sys.argv", ["demo.py", "step_stear"])
+    with pytest.raises(SystemExit):
+        demo.main()
+    assert "invalid choice: 'step_stear'" in capsys.readouterr().err

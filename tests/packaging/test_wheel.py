@@ -185,7 +185,7 @@ def test_wheel_carries_templates_and_examples_and_no_tests(wheel: Path) -> None:
         carried = packed.namelist()
         assert all(item.compress_type == zipfile.ZIP_STORED for item in packed.infolist())
     assert {"four_bar/scene.toml", "four_bar/README.md"} <= set(carried)
-    endings = (".c", ".csv", ".md", ".py", ".toml")
+    endings = (".c", ".csv", ".md", ".py", ".tir", ".toml")
     examples = (name for name in _below(CHECKOUT / "examples", "*/") if not name.startswith("verification/"))
     assert sorted(carried) == sorted(name for name in examples if name.endswith(endings))
     assert {name.partition("/")[0].partition("-")[0] for name in names} == {"eomgen"}

@@ -90,19 +90,29 @@ def run_with_states(**values: Any) -> SimpleNamespace:
 
 
 @pytest.mark.parametrize(
-    ("share", "hint"),
+    ("share", "order", "hint"),
     [
-        (0.01, ""),
-        (0.0101, "a step smaller than 0.01 s"),
-        (0.5, "a step smaller than 0.0014 s"),
-        (0.51, "a step much smaller than 0.01 s, or a run to t = 1 s"),
+        (0.01, 2.0, ""),
+        (0.0101, 2.0, "a step smaller than 0.01 s"),
+        (0.5, 2.0, "a step smaller than 0.0014 s"),
+        (0.51, 2.0, "a step much smaller than 0.01 s, or a run to t = 1 s"),
+        (0.51, -1.04, "a step of 0.001 s or less (half the step does not help), or a run to t = 1 s"),
     ],
 )
-def test_the_step_in_a_hint_follows_the_order_up_to_half_the_motion(share: float, hint: str) -> None:
-    error = replace(ESTIMATE, relative=share, largest=largest(share))
+def test_the_step_in_a_hint_follows_the_order_up_to_half_the_motion(share: float, order: float, hint: str) -> None:
+    error = replace(ESTIMATE, relative=share, largest=largest(share), order=order)
     run = run_of(error=error, run=run_with_states(), single=False, longest_part=0.01, statistics={})
     assert error.largest is not None
     assert stated_errors._refinement(run, error.largest) == hint
+
+
+@pytest.mark.parametrize(
+    ("order", "declared", "told"),
+    [(1.98, 2.0, "order 1.98 of 2, "), (0.97, 4.0, "order 0.97 of 4, "), (17.98, 4.0, ""), (-1.04, 2.0, "")],
+)
+def test_orders_that_are_none_are_not_told(order: float, declared: float, told: str) -> None:
+    error = replace(ESTIMATE, order=order, declared_order=declared, method="runs", seconds=1.0)
+    assert error.evidence == f"{told}by runs, in 1 s"
 
 
 @pytest.mark.parametrize(("error", "quanta"), [(5.9, True), (6.0, False), (0.0, False)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 from functools import cache
 from pathlib import Path
@@ -138,3 +139,10 @@ def test_a_range_beyond_the_reach_of_the_axle_is_told():
     message = r"suspension: travel, 1000 mm: the constraints are off by .*; try: a smaller end of the range"
     with pytest.raises(NumericalError, match=message):
         eomgen.suspension(_AXLE, HUBS, rows=5, ranges={"travel": 2.0})
+
+
+@pytest.mark.slow
+def test_a_radius_in_mm_is_doubted(caplog: pytest.LogCaptureFixture) -> None:
+    with contextlib.suppress(eomgen.NumericalError):
+        eomgen.suspension(SYSTEM / "front_axle.toml", HUBS, steering="rack", radius=290.0, rows=5)
+    assert "parameters.rig_left_hub_radius: the length is 290 m, and the scene is no larger than" in caplog.text

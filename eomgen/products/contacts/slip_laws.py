@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from eomgen.base.data import dataclass
-from eomgen.base.messages import key_of, listed, shown
+from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.errors import EomgenError
 from eomgen.formula.nodes import Formula, Number
 from eomgen.products.contacts.laws import BY_PLACE, ContactLaw, bind_to_contact, rate_name
@@ -148,7 +148,8 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
     for name in given:
         if not name.isupper() or name not in law.coefficients(results, {name: 0.0}):
             fault = f"{shown(name)} is not a coefficient of {row.name} [E2439]"
-            report.add(f"{key}.coefficients.{name}", fault, "a name from the formulas of the law")
+            names = law.coefficients(results, dict.fromkeys(filter(str.isupper, law.formulas), 0.0))
+            report.add(f"{key}.coefficients.{name}", fault, nearest(name, names))
     known = {**{name: Number(value) for name, value in numbers.items()}, **bind_to_contact(given, contact)}
     used = law.coefficients(results, known)
     if file is not None:
@@ -168,10 +169,9 @@ def _tell_numbers(file: TyreFile, used: Collection[str], given: Collection[str],
     if unused := file.unused_keys({*used, *given}):
         more = f" and {len(unused) - _MOST_NAMES} others" if len(unused) > _MOST_NAMES else ""
         names = f"{', '.join(unused[:_MOST_NAMES])}{more}"
-        values.note([f"{key}: {file.name} has keys that the law does not use: {names} [W0310]"])
+        values.note([f"{file.name}: keys that the law does not use: {names} [W0310]"])
     if ends := [f"{name} = {file.numbers[name]:g}" for name in _ENDS if name in {*file.numbers} - {*given}]:
-        text = f"slips, camber and load end at the ranges of {file.name}: {', '.join(ends)}"
-        values.note([f"{key}: {text} [W0320]"])
+        values.note([f"{file.name}: slips, camber and load end at the ranges of the file: {', '.join(ends)} [W0320]"])
 
 
 _OF_TWO = "coefficients={STIFFNESS_X=20,STIFFNESS_Y=15,FRICTION=1}"

@@ -98,7 +98,8 @@ def read_tyre_file(path: Path) -> TyreFile:
     Raises
     ------
     DescriptionError
-        For a line that is not part of the format, a key that occurs twice, a wrong number and an unknown unit.
+        For a line that is not part of the format, a file without keys, a key that occurs twice, a wrong number and an
+        unknown unit.
     """
     numbers: dict[str, float] = {"FITTYP": 6.0}
     texts: dict[str, str] = {}
@@ -130,6 +131,9 @@ def read_tyre_file(path: Path) -> TyreFile:
                 numbers[key] = _number(file, key, value)
             else:
                 texts[key] = value
+    if not lines:
+        fault = "no line is a key with a value, as in a tyre's file [E2461]"
+        raise DescriptionError(Problem(path.name, fault, "a .tir file, with lines such as PCX1 = 1.6"))
     _convert(file, numbers, units)
     return file
 

@@ -12,7 +12,7 @@ import numpy as np
 from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import checked_call, names_of
 from eomgen.base.data import dataclass, replace
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import log_notes, nearest, shown
 from eomgen.compiled.arguments import number_of
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.formula.units.labels import in_label
@@ -149,6 +149,8 @@ def suspension(
         raise UsageError(Problem("rows", fault, f"{rows + 1}"))
     springs = [spring.name for spring in scene.springs]
     model = _rig(scene.name, Path(file), hubs, springs, steering, radius, changes)
+    own = f"parameters.{_OF_PAD.format(hubs[0])}"  # notes of the axle are told with its file
+    log_notes(model.name, tuple(note for note in model.notes if note.startswith(own)))
     _, design = _at(model, {})
     sides = {name: -1.0 if design[_OF_PAD.format(name) + "pose"][1] < 0.0 else 1.0 for name in hubs}
     curves: dict[str, Curves] = {}

@@ -23,7 +23,7 @@ from eomgen.base.progress import Progress
 from eomgen.base.rounding import COMPUTED
 from eomgen.errors import UsageError
 from eomgen.integrators.families.adaptive import SMALLEST_TOLERANCE
-from eomgen.results.error_estimate import NO_ORDER, NOTICED, ErrorEstimate
+from eomgen.results.error_estimate import NO_ORDER, NOTICED, OTHER_ORDER, ErrorEstimate
 from eomgen.simulation.accuracy.comparison_runs import (
     INTERRUPTED,
     AtRows,
@@ -36,7 +36,6 @@ from eomgen.simulation.accuracy.comparison_runs import (
 from eomgen.simulation.accuracy.fastest_rates import FastestRates
 from eomgen.simulation.accuracy.motion_size import motion_size, shares
 from eomgen.simulation.accuracy.richardson import (
-    OTHER_ORDER,
     Pair,
     estimate,
     gain_by,

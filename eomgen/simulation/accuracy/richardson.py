@@ -20,13 +20,11 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
 from eomgen.lie.product import Factor
-from eomgen.results.error_estimate import NONE, OWN, ErrorEstimate, LargestError
+from eomgen.results.error_estimate import NONE, OTHER_ORDER, OWN, ErrorEstimate, LargestError
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, ComparisonRuns, MotionDifference
 from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, columns_of, shares
 from eomgen.simulation.stepping.states import states_of
 
-#: How far the observed order may be from the method's.
-OTHER_ORDER = 0.75
 #: Scales of relative errors: of components that hardly move, and of outputs.
 A_TURN = "a turn"
 SMALL, RANGE = "{least}, the least that counts as its motion", "its range"

@@ -107,7 +107,8 @@ def _refinement(run: FinishedRun, largest: LargestError) -> str:
     if error.unordered or share > 0.5:  # larger errors do not follow powers of the step
         end = error.above(min(LARGE_ERROR, error.relative / 2.0))
         earlier = f", or a run to t = {end:.6g} s" if largest is error.largest else ""
-        return f"a step much smaller than {step:.3g} s{earlier}"
+        tenth = f"of {step / 10.0:.2g} s or less (half the step does not help)"
+        return f"a step {tenth if error.unordered else f'much smaller than {step:.3g} s'}{earlier}"
     return f"a step smaller than {step * error.refinement(AIM, share):.2g} s"
 
 
