@@ -244,6 +244,9 @@ def test_wrong_tyres_are_told(law: str, normal: str, message: str) -> None:
     assert message in str(caught.value)
 
 
+IN_SCENE = "(contacts.road.tangential.file)"
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -253,7 +256,13 @@ def test_wrong_tyres_are_told(law: str, normal: str, message: str) -> None:
             "$",
             "(contacts.road.tangential): coefficients are missing: PKY1; try: coefficients = { PKY1",
         ),
-        ("PKY1 ", "PKY1 = 0 $", "car.tir:118 (PKY1) (contacts.road.tangential.file): the coefficient PKY1 is 0; try: "),
+        ("PKY1 ", "PKY1 = 0 $", f"car.tir:118 (PKY1) {IN_SCENE}: the coefficients do not satisfy PKY1 < 0 < PKY2"),
+        ("PKY1 ", "PKY1 = 20 $", f"car.tir:118 (PKY1) {IN_SCENE}: the coefficients do not satisfy PKY1 < 0 < PKY2"),
+        ("PKX1 ", "PKX1 = -22 $", f"car.tir:74 (PKX1) {IN_SCENE}: the coefficient PKX1 is -22; try: a number above 0"),
+        ("KPUMIN ", "KPUMIN = 1 $", f"car.tir:57 (KPUMIN) {IN_SCENE}: the coefficient KPUMIN is 1; try: 0 or less"),
+        ("KPUMAX ", "KPUMAX = -1 $", f"car.tir:58 (KPUMAX) {IN_SCENE}: the coefficient KPUMAX is -1; try: 0 or more"),
+        ("KPUMIN ", "FZMAX = 0 $", f"car.tir:57 (FZMAX) {IN_SCENE}: the coefficient FZMAX is 0; try: a number above"),
+        ("VERTICAL_STIFFNESS ", "$", "tangential): coefficients are missing: Q_FZ1; try: coefficients = { VERTICAL_"),
         ("= 61 ", "= 70 ", "car.tir:13 (FITTYP) (contacts.road.tangential.file): the Magic Formula of FITTYP = 70 is"),
     ],
 )
@@ -264,6 +273,23 @@ def test_wrong_numbers_of_a_file_are_told_once_with_their_line(
     with pytest.raises(DescriptionError) as caught:
         wheel(f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"')
     assert len(caught.value.problems) == 1 and message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"PKY1 ": "PKY1 = 20 $", "PKY2 ": "PKY2 = -1.8 $"},  # the same force
+        {"PDY1 ": "PDY1 = -1 $"},
+        {"KPUMIN ": "KPUMIN = 0 $"},
+        {"KPUMAX ": "KPUMAX = 0 $"},
+    ],
+)
+def test_numbers_of_published_files_are_taken(changes: dict[str, str], tmp_path: Path) -> None:
+    text = OWN.read_text(encoding="utf-8")
+    for old, new in changes.items():
+        text = text.replace(old, new, 1)
+    (tmp_path / "car.tir").write_text(text, encoding="utf-8")
+    assert wheel(f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"').elements
 
 
 @pytest.mark.parametrize("version", MORE)

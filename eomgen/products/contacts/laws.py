@@ -132,7 +132,8 @@ def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw], **k
         defaults = ("required" if row.default is None else f"`{row.default:g}`" for row in rows.values())
         default = " or ".join(dict.fromkeys(defaults))
         kind = "" if first.names is PARAMETERS else f"value of the contact and of the state, {first.unit}"
-        meaning = optional(words, unit=units, names=first.names, kind=kind, shown_default=default)
+        shown = f"{name} = {first.example if first.default is None else first.default}"
+        meaning = optional(words, unit=units, names=first.names, kind=kind, shown_default=default, example=shown)
         fields[name] = (Value | None, meaning)
     return create_model(title, __base__=Table, __module__=__name__, __doc__=documentation, **fields, **keys)
 
