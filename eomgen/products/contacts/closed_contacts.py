@@ -168,15 +168,17 @@ class ClosedContacts:
 
     def __init__(self, run: Run, state: InitialState, items: Sequence[Contact]) -> None:
         self._run, model, p, t = run, run.model, run.parameters, run.grid.start
-        units = np.concatenate([np.zeros((1, model.nv)), np.eye(model.nv)])
+        self._v, u = state.v, run.signals.rows(np.array([t]))[0] if run.takes_rows else None
+        held, units = {"z": state.z, "parameters": p}, np.concatenate([np.zeros((1, model.nv)), np.eye(model.nv)])
+        a = accelerations(model, state.q, state.v, t, u, **held)
+        if not np.isfinite(a).all():
+            raise ValueError("no contact closes from a state without accelerations")
         twists = np.moveaxis(model.evaluate("twists", state.q, units, t=t, parameters=p)["twist"], -2, 0)
         moving = {name: (twist[1:] - twist[0]).T for name, twist in zip(model.bodies, twists, strict=True)}
-        self._v, u = state.v, run.signals.rows(np.array([t]))[0] if run.takes_rows else None
-        held, basis = {"z": state.z, "parameters": p}, free_directions(model, state.q, t, p)
+        basis = free_directions(model, state.q, t, p)
         forces = model.inverse_dynamics(state.q, 0.0 * units, units, t, u, **held)  # large scenes have no mass matrix
         M = basis.T @ (forces[1:] - forces[0]) @ basis
         self._mobility = basis @ np.linalg.solve(M, basis.T)
-        a = accelerations(model, state.q, state.v, t, u, **held)
         none = np.zeros(len(model.multipliers))
         path = StepPath(run, np.concatenate([[t], state.q, state.v, a, none, state.z])[np.newaxis], p)
         ways = np.array([0.0 * a, *(_SOON * (sign * state.v + 0.5 * _SOON * a) for sign in (1.0, -1.0))])

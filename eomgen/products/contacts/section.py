@@ -174,7 +174,9 @@ def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
         and friction.type == "formula"
         and not any(getattr(friction, name) is not None for name in friction_laws.LAWS["formula"].keys)
     ):
-        report.add(f"{key}.tangential", "the law has no force and no moment [E2461]", 'force_x = "-load * slip_velocity_x"')
+        report.add(
+            f"{key}.tangential", "the law has no force and no moment [E2461]", 'force_x = "-load * slip_velocity_x"'
+        )
     return Contact(
         name,
         read_frame(f"{key}.first", "contact", entry.first, "z", site),

@@ -124,6 +124,8 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
             report.add_file_error(f"{key}.file", error)
             return {}
         side = -1.0 if entry.side is not None and entry.side != file.side else 1.0
+        if entry.side is not None and (written := file.texts.get("TYRESIDE", "left")).lower() not in ("left", "right"):
+            values.note([f"{key}.side: TYRESIDE = {shown(written)} of {file.name} is taken as 'left' [W0321]"])
         numbers = {**file.numbers, "SIDE": side, "TANGENTS": float(bool(entry.tangents))}
     given = {
         name: values.formula(f"{key}.coefficients.{name}", value, BY_PLACE)
