@@ -222,7 +222,7 @@ def _nudge(statics: Statics, point: SearchPoint) -> SearchPoint | None:
         return None
     lowest = values <= values[0] + 1e-9 * abs(values[0])
     away = canonical_direction(point.basis @ vectors[:, lowest], statics.sizes)  # rounding decides no side
-    return move(statics, point, 1e-3 * (point.dual @ away))
+    return move(statics, point, np.concatenate([1e-3 * (point.dual @ away), np.zeros(len(point.z))]))
 
 
 def follow_descent(statics: Statics, q: Array, z: Array) -> Search:

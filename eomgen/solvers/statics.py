@@ -22,6 +22,7 @@ from scipy.sparse import csc_array
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.blocks import Blocks, congruent, inverse_root, least_solution
 from eomgen.solvers.bordered_newton import Matrix
@@ -48,8 +49,9 @@ class Statics:
     mass(q), jacobian(q), constraint(q) : M, B (rows, nv), Phi (holonomic,)
     residual(q, lam, z) : r = -Q + B^T lam
     stiffness(q, lam, z) : left-trivialised derivative of r by q
-    rates(q, z) : zdot
+    rates(q, z), rates_in_motion(q, z, v) : zdot at rest and at velocities, which are small
     couplings(q, z) : derivatives of r by z, of zdot by q, of zdot by v, and of zdot by z
+    carried_in_motion(q, z, v) : derivative of zdot by v at velocities
     followed(q) : q with counted turns adapted to the poses
     length : m, scale of coordinates in m: the scene's largest
     gravity : m/s^2
@@ -66,6 +68,8 @@ class Statics:
     stiffness: Callable[[Array, Array, Array], Matrix]
     rates: Callable[[Array, Array], Array]
     couplings: Callable[[Array, Array], tuple[Array, ...]]
+    rates_in_motion: Callable[[Array, Array, Array], Array]
+    carried_in_motion: Callable[[Array, Array, Array], Array]
     followed: Callable[[Array], Array]
     length: float = 1.0
     gravity: float = 0.0
@@ -86,8 +90,8 @@ class Statics:
 class SearchPoint:
     """Quantities of statics at one configuration of a search for rest.
 
-    Internal states move with the coordinates by the derivative of their rates by velocities, as bristles and lagged
-    slips do: z = w + (dzdot/dv) q. Stiffness and derivatives by q hold w, not z.
+    Internal states move with the coordinates by their rates in a motion, as bristles and lagged slips do: next to this
+    point z = w + (dzdot/dv) q. Stiffness and derivatives by q hold w, not z.
 
     Attributes
     ----------
@@ -255,6 +259,8 @@ class SearchTrail:
         """Return the end of the search, after Newton's last steps unless ``balanced`` is False. ``balanced`` marks the
         result; by default the forces decide."""
         last = self.point if balanced is False else polish(self._statics, self.point)
+        if np.any(last.carried):
+            last = examine(self._statics, last.q, last.z)
         reached = self._largest.balances(last) if balanced is None else balanced
         states_alone = not reached and self._largest.rests(last) and not self._largest.balances(last)
         return Search(last, reached, self.steps, self._path, states_alone)
@@ -274,9 +280,13 @@ def told_if_interrupted(trail: SearchTrail, way: str) -> Iterator[None]:
         raise
 
 
-def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
+def examine(statics: Statics, q: Array, z: Array, *, sliding: bool = False) -> SearchPoint:
     """Return the quantities of statics at a configuration q and internal states z: forces, stiffness, constraints. q is
-    adapted to counted turns. Raises numpy.linalg.LinAlgError if M is not positive definite, also with constraints."""
+    adapted to counted turns. Raises numpy.linalg.LinAlgError if M is not positive definite, also with constraints.
+
+    ``sliding``: whether internal states move as in a motion along the acceleration, by which bristles slide that are
+    elastic in the opposite direction; else as in small motions about rest.
+    """
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
     try:
@@ -304,6 +314,8 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     K: Any = statics.stiffness(q, lam, z)
     by_z, rate_q, carried, rate_z = statics.couplings(q, z)
     if np.any(carried):
+        if sliding:
+            carried = statics.carried_in_motion(q, z, -(basis @ (onto @ residual)))
         springs, rate_q = by_z @ carried, rate_q + rate_z @ carried
         K = K + (springs if isinstance(K, np.ndarray) else csc_array(springs))
     aimed = np.zeros(len(B))
@@ -371,12 +383,31 @@ def move(statics: Statics, point: SearchPoint, change: Array) -> SearchPoint | N
         return None
     with np.errstate(all="ignore"):
         try:
-            z = point.z + change[free:] + point.carried @ increment
-            reached = examine(statics, update(statics.factors, point.q, increment), z)
+            z = change[free:] + _moved_states(statics, point, increment)
+            reached = examine(statics, update(statics.factors, point.q, increment), z, sliding=True)
             reached = onto_constraints(statics, reached)
         except np.linalg.LinAlgError:
             return None
     return reached if reached.finite else None
+
+
+def _moved_states(statics: Statics, point: SearchPoint, increment: Array) -> Array:
+    """Return the internal states after a motion of the coordinates, (nv,), by their rates in this motion."""
+    if not np.any(point.carried):
+        return point.z
+
+    def rates(_: float, z: Array) -> Array:
+        return statics.rates_in_motion(point.q, z, increment) - statics.rates(point.q, z)
+
+    change = rates(0.0, point.z)
+    last = rates(1.0, point.z + change)
+    if np.max(np.abs(last - change)) <= WRITTEN * np.max(np.abs(change)):
+        return point.z + 0.5 * (change + last)
+    from scipy.integrate import solve_ivp  # noqa: PLC0415  # for states that slide alone
+
+    path = solve_ivp(rates, (0.0, 1.0), point.z, method="LSODA", rtol=WRITTEN, atol=COMPUTED * np.max(np.abs(change)))
+    moved: Array = path.y[:, -1]
+    return moved
 
 
 def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:
@@ -384,8 +415,8 @@ def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:
     for _ in range(12):
         if np.all(np.abs(point.violation) <= 1e-3 * MET * point.row_sizes):
             break
-        z = point.z + point.carried @ point.correction
-        nearer = examine(statics, update(statics.factors, point.q, point.correction), z)
+        z = _moved_states(statics, point, point.correction)
+        nearer = examine(statics, update(statics.factors, point.q, point.correction), z, sliding=True)
         if not nearer.finite or np.max(np.abs(nearer.violation)) >= np.max(np.abs(point.violation)):
             break
         point = nearer

@@ -86,13 +86,20 @@ def test_a_tippe_top_keeps_jelletts_integral(law: str, span: float) -> None:
         assert rotation_matrix(run.q[-1, :4])[2, 2] < -0.99
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "steps", [pytest.param(8_000, id="short"), pytest.param(1_000_000, id="long", marks=pytest.mark.long)]
-)
-def test_bristles_hold_a_block_on_an_incline(steps: int) -> None:
-    """On two edges at 0.3 rad with a friction of 0.6; a Coulomb law creeps."""
-    text = f"""format = 1
+def block_on_an_incline(law: str) -> str:
+    """Return the scene of a block on two edges at 0.3 rad."""
+    edges = "".join(
+        contact(
+            f"edge_{k}",
+            '{ body = "base", axis = [0, 1, 0], x_axis = [1, 0, 0] }',
+            f'body = "block", position = [{x}, -0.05, 0]',
+            'type = "linear", stiffness = 1e5, damping = 300',
+            law,
+            "point",
+        )
+        for k, x in enumerate((-0.1, 0.1))
+    )
+    return f"""format = 1
 name = "block"
 gravity = [{9.81 * math.sin(0.3)}, {-9.81 * math.cos(0.3)}, 0]
 bodies.block = {{ mass = 2, inertia = [0.01, 0.01, 0.01] }}
@@ -102,27 +109,40 @@ parent = "base"
 child = "block"
 axis = [0, 0, 1]
 initial = {{ position = [0, 0, 0.0501] }}
-"""
+{edges}"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "steps", [pytest.param(8_000, id="short"), pytest.param(1_000_000, id="long", marks=pytest.mark.long)]
+)
+def test_bristles_hold_a_block_on_an_incline(steps: int) -> None:
+    """With a friction of 0.6; a Coulomb law creeps."""
     moved = {}
-    for law in ("bristles", "coulomb"):
-        entries = "".join(
-            contact(
-                f"edge_{k}",
-                '{ body = "base", axis = [0, 1, 0], x_axis = [1, 0, 0] }',
-                f'body = "block", position = [{x}, -0.05, 0]',
-                'type = "linear", stiffness = 1e5, damping = 300',
-                f'type = "{law}", friction = 0.6' + (", damping = 20" if law == "bristles" else ""),
-                "point",
-            )
-            for k, x in enumerate((-0.1, 0.1))
-        )
-        if law == "coulomb" and steps > 8_000:
-            break
-        run = eomgen.build(scene_of(text + entries)).simulate(1e-4 * steps, 1e-4, method="rk4")
+    for law in ('type = "bristles", friction = 0.6, damping = 20', 'type = "coulomb", friction = 0.6')[
+        : 2 if steps == 8_000 else 1
+    ]:
+        run = eomgen.build(scene_of(block_on_an_incline(law))).simulate(1e-4 * steps, 1e-4, method="rk4")
         settled = run.q[4_000:]
-        moved[law] = float(np.abs(settled - settled[0]).max())
-    assert moved["bristles"] < 1e-9
-    assert steps > 8_000 or moved["coulomb"] > 1e-4
+        moved[law[8]] = float(np.abs(settled - settled[0]).max())
+    assert moved["b"] < 1e-9
+    assert steps > 8_000 or moved["c"] > 1e-4
+
+
+@pytest.mark.slow
+def test_a_block_rests_on_bristles_up_to_its_friction_alone() -> None:
+    """Deflections are tan(slope) / friction of the largest; with less friction no state is at rest."""
+    tunable = "\n[parameters]\nmu = { value = 0.6, tunable = true }\n"
+    text = block_on_an_incline('type = "bristles", friction = "mu"')
+    model = eomgen.build(scene_of(text + tunable))
+    for friction in (0.6, 0.35, 0.31):
+        rest = model.equilibrium(parameters={"mu": friction})
+        loads = rest.z.reshape(2, 2)[:, 0]
+        assert loads.max() <= 1e-4 and loads.min() > 0.0
+        assert loads.mean() == pytest.approx(1e-4 * math.tan(0.3) / friction, rel=0.02)
+    pulled = 9.81 * (math.sin(0.3) - 0.25 * math.cos(0.3))
+    with pytest.raises(eomgen.errors.NumericalError, match=rf"still accelerates with {pulled:.4g} m/s\^2"):
+        model.equilibrium(parameters={"mu": 0.25})
 
 
 @pytest.mark.slow

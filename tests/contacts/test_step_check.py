@@ -9,6 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.pipeline.model import Model
+from eomgen.pipeline.pipeline import build_for_run
 from tests.contacts.pairs import contact, scene_of
 
 FLOOR = '{ body = "base", axis = [0, 0, 1], x_axis = [1, 0, 0] }'
@@ -142,6 +143,12 @@ def test_steps_are_told_at_the_start(scene: str, method: str, step: float, told:
     found = [finding for finding in run.findings if finding.name == "contact_step"]
     assert len(found) == bool(told) and all(told in finding.text for finding in found)
     assert all(finding.text in run.message for finding in found)
+
+
+def test_a_model_for_runs_alone_has_the_functions_of_the_check() -> None:
+    """As ``eomgen simulate`` builds models."""
+    model = build_for_run(scene_of(SCENES["bristles"]), method="rk4", profile="quick")
+    assert "grow with the friction" in model.simulate(0.2, 1e-3, error_estimate=False).message
 
 
 def test_the_step_of_the_hint_holds_and_the_note_of_a_start_is_the_same() -> None:

@@ -55,6 +55,15 @@ def test_the_car_stands_at_the_design_position() -> None:
 
 
 @pytest.mark.long
+def test_a_heavier_car_at_rest_keeps_its_pads_within_their_grip() -> None:
+    """It settles, and rolls: the pads of free wheels slide."""
+    car = _car()
+    rest = car.equilibrium(parameters={"mass": 1450.0})
+    pads = [z for name, z in zip(car.z_names, rest.z, strict=True) if name.endswith("pads")]
+    assert len(pads) == 4 and np.abs(pads).max() <= 1.0 + 1e-6
+
+
+@pytest.mark.long
 def test_the_braked_car_does_not_creep_on_a_slope_of_20_per_cent() -> None:
     brakes = {"front_brake": 2500.0, "rear_brake": 2500.0}
     slope = {"slope": math.atan(0.2)}

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+import eomgen
 from eomgen.solvers import equilibrium_search
 from eomgen.solvers.blocks import Blocks
 
@@ -18,7 +19,7 @@ def nudged(monkeypatch: pytest.MonkeyPatch, stiffness: np.ndarray, rates: int = 
     point: Any = SimpleNamespace(
         imbalance=np.zeros(size), couplings=(np.zeros(0), np.ones(rates)), stiffness=stiffness,
         stiffness_blocks=Blocks.of(stiffness),
-        largest_stiffness=5.0, basis=np.eye(size), dual=np.eye(size),
+        largest_stiffness=5.0, basis=np.eye(size), dual=np.eye(size), z=np.zeros(0),
     )  # fmt: skip  # a table
     monkeypatch.setattr(equilibrium_search, "move", lambda statics, point, change: change)
     return equilibrium_search._nudge(cast(Any, SimpleNamespace(sizes=np.ones(size))), point)
@@ -49,3 +50,12 @@ def test_follower_forces_that_bring_the_motion_back_are_no_reason_to_leave(
     # Eigenvalues 1 +- sqrt(4 - follower^2): the symmetric part alone has -1 and 3.
     stiffness = np.array([[1.0, 2.0 + follower], [2.0 - follower, 1.0]])
     assert (nudged(monkeypatch, stiffness) is not None) == leaves
+
+
+def test_an_upright_pendulum_with_states_that_move_with_it_is_left() -> None:
+    builder = eomgen.SceneBuilder("upright").body("rod", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.01])
+    builder.joint("hinge", "revolute", "base", "rod", axis=[1, 0, 0], initial={"position": np.pi})
+    builder.state("turned", "3 * v.hinge").state("back", "-v.hinge")
+    found = eomgen.build(builder.build(), profile="quick").equilibrium()
+    assert np.cos(found.q[0]) == pytest.approx(1.0)
+    assert found.z == pytest.approx((found.q[0] - np.pi) * np.array([3.0, -1.0]), rel=1e-3)

@@ -45,6 +45,8 @@ def statics(force: Any, stiffness: Any, **others: Any) -> Statics:
         stiffness=lambda q, lam, z: stiffness(q),
         rates=rates,
         couplings=couplings,
+        rates_in_motion=lambda q, z, v: rates(q, z) + couplings(q, z)[2] @ v,
+        carried_in_motion=lambda q, z, v: couplings(q, z)[2],
         followed=lambda q: q,
         gravity=9.81,
         total=1.0,

@@ -396,6 +396,11 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
             return whole(result.Rz), whole(result.Fq), whole(result.Fv), whole(result.Fz)
         return terms("internal_partials", q=q, z=z, **still)
 
+    def carried_in_motion(q: Array, z: Array, v_moving: Array) -> Array:
+        if not entire:
+            return whole(sparse_partials(model, q, v + v_moving, rest, z, still["lam"], forces, of_velocities=True).Fv)
+        return terms("internal_partials", q=q, z=z, **{**still, "v": v + v_moving})[2]
+
     return Statics(
         factors=model.factors,
         turning=np.array([unit == "rad/s" for unit in model.v_units]),
@@ -407,6 +412,8 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
         stiffness=stiffness,
         rates=lambda q, z: value("internal_rate", q, z=z) if model.nz else np.zeros(0),
         couplings=couplings,
+        rates_in_motion=lambda q, z, v_moving: value("internal_rate", q, z=z, v=v + v_moving),
+        carried_in_motion=carried_in_motion,
         followed=lambda q: model.evaluator.follow_angles(q, measures.t, p, measures.base),
         length=measures.length(q),
         gravity=measures.gravity(),

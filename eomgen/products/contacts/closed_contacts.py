@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.equations import accelerations, free_directions
+from eomgen.compiled.equations import accelerations, free_directions, nonzeros
 from eomgen.compiled.initial_state import InitialState
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
@@ -26,7 +26,8 @@ from eomgen.formula.recording import record
 from eomgen.integrators.families.family import LinearTransitions
 from eomgen.integrators.families.register import Method
 from eomgen.lie import product
-from eomgen.lie.numeric import rotation_matrix
+from eomgen.lie.groups import group_named
+from eomgen.lie.numeric import difference, rotation_matrix
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose
 from eomgen.products.contacts import friction_laws
 from eomgen.products.contacts.law import ContactForces
@@ -43,8 +44,8 @@ from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, apply, dot, plus
 from eomgen.symbolic.tape import Tape
 
-#: Time after which the gap is asked for again, s.
-_SOON = 1e-5
+#: Time after which the gap is asked for again, s; and rad or m by which coordinates move to measure motions of bodies.
+_SOON, _ASIDE = 1e-5, 1e-6
 #: Laws that a library keeps, by contact and values of their keys; and pairs that act on one another, the stiffest.
 _MOST = 64
 #: Results of laws along and about the axes of a contact, and the motions on which they depend.
@@ -168,17 +169,18 @@ class ClosedContacts:
 
     def __init__(self, run: Run, state: InitialState, items: Sequence[Contact]) -> None:
         self._run, model, p, t = run, run.model, run.parameters, run.grid.start
+        aside = _ASIDE * np.concatenate([np.eye(model.nv), -np.eye(model.nv)])
+        around = product.update(model.factors, np.repeat(state.q[np.newaxis], len(aside), axis=0), aside)
+        after, before = np.split(model.evaluate("poses", around, t=t, parameters=p)["pose"], 2)
+        twists = difference(group_named("SE3", 6), before, after) / (2.0 * _ASIDE)
+        moving = {name: twist.T for name, twist in zip(model.bodies, np.moveaxis(twists, 1, 0), strict=True)}
         self._v, u = state.v, run.signals.rows(np.array([t]))[0] if run.takes_rows else None
-        held, units = {"z": state.z, "parameters": p}, np.concatenate([np.zeros((1, model.nv)), np.eye(model.nv)])
-        a = accelerations(model, state.q, state.v, t, u, **held)
-        if not np.isfinite(a).all():
-            raise ValueError("no contact closes from a state without accelerations")
-        twists = np.moveaxis(model.evaluate("twists", state.q, units, t=t, parameters=p)["twist"], -2, 0)
-        moving = {name: (twist[1:] - twist[0]).T for name, twist in zip(model.bodies, twists, strict=True)}
-        basis = free_directions(model, state.q, t, p)
-        forces = model.inverse_dynamics(state.q, 0.0 * units, units, t, u, **held)  # large scenes have no mass matrix
-        M = basis.T @ (forces[1:] - forces[0]) @ basis
+        held, basis = {"z": state.z, "parameters": p}, free_directions(model, state.q, t, p)
+        inertia = nonzeros(model, "mass", state.q[np.newaxis], parameters=p)
+        assert inertia is not None  # models for runs have it, or its nonzeros
+        M = basis.T @ inertia.block(slice(0, model.nv))[0] @ basis
         self._mobility = basis @ np.linalg.solve(M, basis.T)
+        a = accelerations(model, state.q, state.v, t, u, **held)
         none = np.zeros(len(model.multipliers))
         path = StepPath(run, np.concatenate([[t], state.q, state.v, a, none, state.z])[np.newaxis], p)
         ways = np.array([0.0 * a, *(_SOON * (sign * state.v + 0.5 * _SOON * a) for sign in (1.0, -1.0))])
@@ -293,7 +295,8 @@ class ClosedContacts:
         ]
         every = [(abs(value), value, law, name) for law, values, name in spectra for value in values]
         if growing := [item for item in every if growth(step * item[1]) > steady]:
-            size, value, law, name = max(growing, key=lambda item: item[0])
+            # the normal force, the first, has its motions with friction too
+            size, value, law, name = max(growing, key=lambda item: round(math.log(item[0]), 6))
             text = f"steps of {step:.3g} s grow with the {law} of the contact {name}"
             stable = step
             while growth(stable * value) > 0.0:

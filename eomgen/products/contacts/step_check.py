@@ -10,6 +10,7 @@ from eomgen.errors import EomgenError
 from eomgen.results.finding import Finding
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
 from eomgen.simulation.stepping.run import Run
+from eomgen.system.terms import NONZEROS
 
 UNRESOLVED = Limit(1.0, "1", "step times angular frequency of an impact", "three steps to an impact")
 GROWTH = Limit(0.1, "1", "growth of explicit steps in one radian of a contact's motion", "a factor of 2 in a period")
@@ -22,9 +23,10 @@ def contacts_of(run: Run) -> list[Any]:
     model, contacts = run.model, run.model.description.parts.get("contacts", ())
     if not contacts or run.method.chooses_steps:
         return []
-    terms = ("poses", "twists", "inverse_dynamics", "constraint_jacobian" if model.multipliers else "forward_dynamics")
-    known = model.nv <= _MOST_VELOCITIES and all(term in model.functions for term in terms)
-    return [*contacts] if known else []
+    of_inertia = "mass" in model.functions or NONZEROS["mass"] in model.functions
+    terms = ("poses", "constraint_jacobian" if model.multipliers else "forward_dynamics")
+    known = of_inertia and all(term in model.functions for term in terms)
+    return [*contacts] if known and model.nv <= _MOST_VELOCITIES else []
 
 
 def unresolved_contacts(run: Run, state: InitialState) -> list[Finding]:

@@ -91,9 +91,8 @@ def energy_balance(
     highest, lowest, fastest = potential.max(), potential.min(), kinetic.max()
     moving = float(highest - lowest + fastest)
     if len(t) < (2 if conservative else 5):
-        if len(t) > 1 and (gained := _out_of_nothing(t, energy, moving)):
-            return EnergyBalance(gained, gain=gained)
-        return EnergyBalance(None, f"{len(t)} row{' is' if len(t) == 1 else 's are'} too few for the work in between")
+        few = f"{len(t)} row{' is' if len(t) == 1 else 's are'} too few for the work in between"
+        return _out_of_nothing(t, energy, moving) or EnergyBalance(None, few)
     floor = max(1e-9, 100.0 * epsilon) * (max(abs(highest), abs(lowest)) + fastest)
     if conservative:
         return _shares(total - total[0], moving) if moving > floor else EnergyBalance(0.0)
@@ -112,18 +111,20 @@ def energy_balance(
     # an integral is off by a few of its changes when every second row is left out
     uncertain = 4.0 * _off_by_every_second_row(t, rate, pieces, known)
     if (error <= uncertain and uncertain > noticed) or (error > noticed and sparse and _is_pulse(off)):
-        return EnergyBalance(None, APART)
+        return _out_of_nothing(t, energy, moving) or EnergyBalance(None, APART)
     return _shares(off, swing)
 
 
-def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> float:
+def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> EnergyBalance | None:
     """Return the gain of total energy as a part of `moving`, the energy in motion in J, if no recorded energy explains
-    that gain, else 0. Explanations are the initial kinetic energy, the range of potential energy, and work by the
+    that gain, else None. Explanations are the initial kinetic energy, the range of potential energy, and work by the
     largest recorded power."""
+    if len(t) < 2:
+        return None
     known = energy["kinetic"][0] + np.ptp(energy["potential"])
     known += (t[-1] - t[0]) * np.max(np.maximum(energy["power"] + energy["base_power"], 0.0))
     gain = float(np.max(energy["total"] - energy["total"][0]))
-    return float(gain / moving) if gain > 1e3 * known else 0.0
+    return EnergyBalance(gain / moving, gain=gain / moving) if gain > 1e3 * known else None
 
 
 def _shares(off: Array, swing: float) -> EnergyBalance:
