@@ -161,6 +161,9 @@ def read_law(key: str, contact: str, entry: Any, laws: Mapping[str, ContactLaw],
     keys = laws[entry.type].keys
     defaults = defaults_of(laws[entry.type])
     given = values.keys(key, entry, *keys) if keys else {}
+    if keys and not given and all(item.default == 0.0 for item in keys.values()):
+        name, first = next(iter(keys.items()))
+        values.report.add(key, "the law has no force and no moment [E2461]", f"{name} = {first.example}")
     return AppliedLaw(entry.type, defaults | bind_to_contact(given, contact))
 
 

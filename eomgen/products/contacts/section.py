@@ -169,14 +169,6 @@ def read_contact(name: str, entry: ContactEntry, site: Site) -> Contact:
     elif entry.clearance is not None:
         report.add(f"{key}.clearance", "a clearance needs a housing [E2414]", 'housing = "cylinder"')
     friction = entry.tangential
-    if (
-        friction is not None
-        and friction.type == "formula"
-        and not any(getattr(friction, name) is not None for name in friction_laws.LAWS["formula"].keys)
-    ):
-        report.add(
-            f"{key}.tangential", "the law has no force and no moment [E2461]", 'force_x = "-load * slip_velocity_x"'
-        )
     return Contact(
         name,
         read_frame(f"{key}.first", "contact", entry.first, "z", site),

@@ -13,7 +13,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of, listed, shown
 from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ZERO, Formula, Number
+from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.substitution import map_symbols
 from eomgen.products.contacts.laws import BY_PLACE, ContactLaw, bind_to_contact, rate_name
 from eomgen.products.contacts.tangential_laws import TangentialLaw, rules, tangential_law
@@ -124,8 +124,6 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
             report.add_file_error(f"{key}.file", error)
             return {}
         side = -1.0 if entry.side is not None and entry.side != file.side else 1.0
-        if entry.side is not None and (written := file.texts.get("TYRESIDE", "left")).lower() not in ("left", "right"):
-            values.note([f"{key}.side: TYRESIDE = {shown(written)} of {file.name} is taken as 'left' [W0321]"])
         numbers = {**file.numbers, "SIDE": side, "TANGENTS": float(bool(entry.tangents))}
     given = {
         name: values.formula(f"{key}.coefficients.{name}", value, BY_PLACE)
@@ -137,23 +135,36 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
             report.add(f"{key}.coefficients.{name}", fault, "a name from the formulas of the law")
     known = {**{name: Number(value) for name, value in numbers.items()}, **bind_to_contact(given, contact)}
     used = law.coefficients(results, known)
-    for formula, rule in rules():
-        names = sorted({symbol.name for symbol in symbols(formula)})
-        if {*names} <= {*used} & {*known}:
-            value = map_symbols(formula, lambda symbol: known[symbol.name])
-            if file is not None and given.keys().isdisjoint(names):
-                if rule.broken(at := [values.value(value)]):
-                    report.add_file_error(f"{key}.file", file.fault(names[0], *rule.fault(at)))
-            elif all(symbol.kind == "parameter" for symbol in symbols(value)):
-                values.require(f"{key}.coefficients.{names[0]}", rule, [value])
+    _check_numbers({name: known[name] for name in used if name in known}, given, file, key, values)
     if file is not None:
         _note_numbers(file, used, given, f"{key}.file", values)
+        if entry.side is not None:
+            _note_side(file, f"{key}.side", values)
     if missing := [name for name in used if name not in known]:
-        others = filter(str.isupper, law.formulas)
-        enough = [name for name in others if missing[0] not in law.coefficients(results, {**known, name: ZERO})]
-        hint = f"coefficients = {{ {[*enough, missing[0]][0]} = ... }}"
+        hint = f"coefficients = {{ {law.in_place_of(missing[0], results, known)} = ... }}"
         report.add(key, f"coefficients are missing: {listed(missing)} [E2440]", hint, follows=(key,))
     return {name: known[name] for name in (*used, *_CHOICES) if name in known}
+
+
+def _check_numbers(
+    known: Mapping[str, Formula], given: Collection[str], file: TyreFile | None, key: str, values: Values
+) -> None:
+    """Report coefficients in use that are out of their bounds, ``given`` ones of the scene and other ones of a file."""
+    for formula, rule in rules():
+        names = sorted({symbol.name for symbol in symbols(formula)})
+        if not {*names} <= {*known}:
+            continue
+        value = map_symbols(formula, lambda symbol: known[symbol.name])
+        if file is not None and {*names}.isdisjoint(given):
+            if rule.broken(at := [values.value(value)]):
+                values.report.add_file_error(f"{key}.file", file.fault(names[0], *rule.fault(at)))
+        elif all(symbol.kind == "parameter" for symbol in symbols(value)):
+            values.require(f"{key}.coefficients.{names[0]}", rule, [value])
+
+
+def _note_side(file: TyreFile, key: str, values: Values) -> None:
+    if (side := file.texts.get("TYRESIDE", "left")).lower() not in ("left", "right"):
+        values.note([f"{key}: TYRESIDE = {shown(side)} of {file.name} is taken as 'left' [W0321]"])
 
 
 def _note_numbers(file: TyreFile, used: Collection[str], given: Collection[str], key: str, values: Values) -> None:

@@ -69,6 +69,11 @@ class TangentialLaw:
         used = {symbol.name for name in order for symbol in symbols(self.formulas[name])}
         return sorted(used - set(order) - self.quantities)
 
+    def in_place_of(self, name: str, results: Sequence[str], known: Mapping[str, object]) -> str:
+        """Return a coefficient without which the coefficient ``name`` is needed for results, else ``name`` itself."""
+        others = (item for item in self.formulas if item.isupper())
+        return next((item for item in others if name not in self.coefficients(results, {**known, item: 0.0})), name)
+
     def values(
         self, results: Sequence[str], coefficients: Mapping[str, ArrayLike], **quantities: ArrayLike
     ) -> dict[str, NDArray[np.float64]]:
