@@ -123,7 +123,7 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
         except EomgenError as error:
             report.add_file_error(f"{key}.file", error)
             return {}
-        side = -1.0 if entry.side is not None and entry.side != file.side else 1.0
+        side = 1.0 if entry.side in (None, file.side) else -1.0
         numbers = {**file.numbers, "SIDE": side, "TANGENTS": float(bool(entry.tangents))}
     given = {
         name: values.formula(f"{key}.coefficients.{name}", value, BY_PLACE)
@@ -138,8 +138,7 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
     _check_numbers({name: known[name] for name in used if name in known}, given, file, key, values)
     if file is not None:
         _note_numbers(file, used, given, f"{key}.file", values)
-        if entry.side is not None:
-            _note_side(file, f"{key}.side", values)
+        _note_side(file, entry.side, f"{key}.side", values)
     if missing := [name for name in used if name not in known]:
         hint = f"coefficients = {{ {law.in_place_of(missing[0], results, known)} = ... }}"
         report.add(key, f"coefficients are missing: {listed(missing)} [E2440]", hint, follows=(key,))
@@ -162,9 +161,9 @@ def _check_numbers(
             values.require(f"{key}.coefficients.{names[0]}", rule, [value])
 
 
-def _note_side(file: TyreFile, key: str, values: Values) -> None:
-    if (side := file.texts.get("TYRESIDE", "left")).lower() not in ("left", "right"):
-        values.note([f"{key}: TYRESIDE = {shown(side)} of {file.name} is taken as 'left' [W0321]"])
+def _note_side(file: TyreFile, side: str | None, key: str, values: Values) -> None:
+    if side and (written := file.texts.get("TYRESIDE", "left")).lower() not in ("left", "right"):
+        values.note([f"{key}: TYRESIDE = {shown(written)} of {file.name} is taken as 'left' [W0321]"])
 
 
 def _note_numbers(file: TyreFile, used: Collection[str], given: Collection[str], key: str, values: Values) -> None:
