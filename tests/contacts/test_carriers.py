@@ -184,8 +184,9 @@ def test_a_tyre_by_file_drives_on_a_measured_road() -> None:
 
 WRONG = {
     'surface = "lift"': "(contacts.floor): the contact needs the rate of the surface, which does not follow",
-    'surface = "0.1 * x"\nsurface_rate = "1"': "(contacts.floor.surface_rate): neither time nor an input moves",
-    "surface_rate = 1": "(contacts.floor.surface_rate): neither time nor an input moves the surface, so it has no rate",
+    'surface = "0.1 * x"\nsurface_rate = "1"': "(contacts.floor.surface_rate): no input moves the surface",
+    'surface = "0.1 * sin(t)"\nsurface_rate = "5"': "(contacts.floor.surface_rate): no input moves the surface",
+    "surface_rate = 1": "(contacts.floor.surface_rate): no input moves the surface, whose rate follows",
     'surface = "rough(x)"': "(contacts.floor.surface): a contact needs three derivatives of its surface, and rough"
     ' bends at -9; try: interpolation = "quintic", or shape = "follower" for a wheel',
     'surface = "abs(x)"': "(contacts.floor.surface): a contact needs three derivatives of its surface, and abs has a"

@@ -232,6 +232,14 @@ def test_a_braked_wheel_on_a_slope_stays_standing() -> None:
             "the coefficient VERTICAL_DAMPING is -3; try: 0 or",
         ),
         ('type = "magic_formula"', SPRING, "the type magic_formula needs the key file; try: file = "),
+        ('type = "magic_formula", file = ""', SPRING, 'should have at least 1 character; try: file = "car.tir"'),
+        (f"{TYRE}, coefficients = {{ PKX1 = -20 }}", "", "coefficients.PKX1): the coefficient PKX1 is -20; try: a"),
+        (f"{TYRE}, coefficients = {{ PKY1 = 20 }}", "", "coefficients.PKY1): the coefficients do not satisfy PKY1 < 0"),
+        (
+            'type = "brush", file = "no.tir", coefficients = { STIFFNESS = 1, FRICTION = 1 }',
+            SPRING,
+            "no meaning for br",
+        ),
         ('type = "magic_formula", file = "no.tir"', SPRING, "(contacts.road.tangential.file"),
         ('type = "brush", coefficients = { FRICTION = 1 }', SPRING, "tangential): coefficients are missing: STIFFNESS"),
         ('type = "brush"', SPRING, "(contacts.road.tangential): the type brush needs the key coefficients"),
@@ -242,7 +250,36 @@ def test_a_braked_wheel_on_a_slope_stays_standing() -> None:
 def test_wrong_tyres_are_told(law: str, normal: str, message: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         wheel(law, normal=normal)
-    assert message in str(caught.value)
+    own = [item for item in caught.value.problems if "outputs.seen" not in item.where]
+    assert len(own) == 1 and message in str(caught.value)
+
+
+def test_a_tube_is_smaller_than_the_tyre() -> None:
+    text = wheel_text(TYRE).replace("radius = 0.31", "tube_radius = 0.05").replace('"disc"', '"torus"')
+    assert scene_of(text).elements
+    with pytest.raises(
+        DescriptionError, match=r"\(contacts\.road\.radius\): the size of a shape is -0\.09; try: a numb"
+    ):
+        scene_of(text.replace("0.05", "0.4"))
+
+
+def test_a_file_for_no_side_is_noted_if_a_side_is_asked_for(tmp_path: Path) -> None:
+    text = OWN.read_text(encoding="utf-8")
+    (tmp_path / "car.tir").write_text(text.replace("'LEFT'", "'UNKNOWN'", 1), encoding="utf-8")
+    law = f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"'
+    told = "contacts.road.tangential.side: TYRESIDE = 'UNKNOWN' of car.tir is taken as 'left'"
+    assert any(told in note for note in wheel(f'{law}, side = "right"').notes)
+    assert not any("TYRESIDE" in note for note in (*wheel(law).notes, *wheel(f'{TYRE}, side = "right"').notes))
+
+
+def test_a_missing_file_is_told_with_files_of_tyres_alone(tmp_path: Path) -> None:
+    (tmp_path / "cat.tir").write_text("", encoding="utf-8")
+    (tmp_path / "car.toml").write_text("", encoding="utf-8")
+    with pytest.raises(DescriptionError, match=r"No such file or directory; try: .*cat\.tir$"):
+        wheel(f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"')
+
+
+IN_SCENE = "(contacts.road.tangential.file)"
 
 
 @pytest.mark.parametrize(
@@ -254,7 +291,13 @@ def test_wrong_tyres_are_told(law: str, normal: str, message: str) -> None:
             "$",
             "(contacts.road.tangential): coefficients are missing: PKY1; try: coefficients = { PKY1",
         ),
-        ("PKY1 ", "PKY1 = 0 $", "car.tir:118 (PKY1) (contacts.road.tangential.file): the coefficient PKY1 is 0; try: "),
+        ("PKY1 ", "PKY1 = 0 $", f"car.tir:118 (PKY1) {IN_SCENE}: the coefficients do not satisfy PKY1 < 0 < PKY2"),
+        ("PKY1 ", "PKY1 = 20 $", f"car.tir:118 (PKY1) {IN_SCENE}: the coefficients do not satisfy PKY1 < 0 < PKY2"),
+        ("PKX1 ", "PKX1 = -22 $", f"car.tir:74 (PKX1) {IN_SCENE}: the coefficient PKX1 is -22; try: a number above 0"),
+        ("KPUMIN ", "KPUMIN = 1 $", f"car.tir:57 (KPUMIN) {IN_SCENE}: the coefficient KPUMIN is 1; try: 0 or less"),
+        ("KPUMAX ", "KPUMAX = -1 $", f"car.tir:58 (KPUMAX) {IN_SCENE}: the coefficient KPUMAX is -1; try: 0 or more"),
+        ("KPUMIN ", "FZMAX = 0 $", f"car.tir:57 (FZMAX) {IN_SCENE}: the coefficient FZMAX is 0; try: a number above"),
+        ("VERTICAL_STIFFNESS ", "$", "tangential): coefficients are missing: Q_FZ1; try: coefficients = { VERTICAL_"),
         ("= 61 ", "= 70 ", "car.tir:13 (FITTYP) (contacts.road.tangential.file): the Magic Formula of FITTYP = 70 is"),
     ],
 )
@@ -265,6 +308,23 @@ def test_wrong_numbers_of_a_file_are_told_once_with_their_line(
     with pytest.raises(DescriptionError) as caught:
         wheel(f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"')
     assert len(caught.value.problems) == 1 and message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"PKY1 ": "PKY1 = 20 $", "PKY2 ": "PKY2 = -1.8 $"},  # the same force
+        {"PDY1 ": "PDY1 = -1 $"},
+        {"KPUMIN ": "KPUMIN = 0 $"},
+        {"KPUMAX ": "KPUMAX = 0 $"},
+    ],
+)
+def test_numbers_of_published_files_are_taken(changes: dict[str, str], tmp_path: Path) -> None:
+    text = OWN.read_text(encoding="utf-8")
+    for old, new in changes.items():
+        text = text.replace(old, new, 1)
+    (tmp_path / "car.tir").write_text(text, encoding="utf-8")
+    assert wheel(f'type = "magic_formula", file = "{(tmp_path / "car.tir").as_posix()}"').elements
 
 
 @pytest.mark.parametrize("version", MORE)

@@ -53,7 +53,7 @@ OWN = "is not x or y of the road's own wheel; try: position.hub[0] or position.h
         ("onset = 0", ".onset): the onset of a tyre is 0; try: a number above 0"),
         ('road = "0.1 * position.hub[2]"', f".road): position.hub[2] {OWN}"),
         ('road = "lift"\ndamping = 5', "): the damping needs the rate of the road, which does not follow"),
-        ('road = "sin(position.hub[0])"\nroad_rate = "lift"', ".road_rate): neither time nor an input moves the road,"),
+        ('road = "sin(position.hub[0])"\nroad_rate = "lift"', ".road_rate): no input moves the road,"),
         ("slip = { stiffness = [1, 2, 3] }", ".slip.stiffness): one stiffness, or two, longitudinal and lateral,"),
         ("slip = { stiffness = [1, -2] }", ".slip.stiffness[1]): a slip stiffness is -2; try: 0 or more"),
         ("slip = { stiffness = 1, friction = 0 }", ".slip.friction): the friction of a tyre is 0; try: a number above"),

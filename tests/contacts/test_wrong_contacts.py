@@ -12,6 +12,7 @@ import eomgen
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.load import from_data
 from tests.contacts.pairs import contact, scene_of
+from tests.contacts.test_tangential_laws import VAN
 
 TEXT = """format = 1
 name = "ball"
@@ -47,7 +48,12 @@ WRONG = {
         'type = "brush", coefficients = { STIFFNESS = 15, FRICTION = 1 }': "(contacts.floor.tangential.type): brush is "
         'a law of wheels, and a sphere has no spin axis; try: "bristles" or "coulomb", or shape = "torus"',
     },
+    'type = "bristles", friction = 0.5, damping = 0.2': {
+        'type = "formula"': "(contacts.floor.tangential): the law has no force and no moment; try: force_x = ",
+    },
     "friction = 0.5": {
+        "friction = inf": "tangential.friction): a finite number is needed here, not inf; try: friction = 0.5",
+        "friction = {}": "a number or a formula is needed here, not a table; try: friction = 0.5",
         "friction = -0.5": "(contacts.floor.tangential.friction): the friction of a contact is -0.5; try: 0 or more",
     },
 }
@@ -107,6 +113,10 @@ BOUNDS: dict[str, tuple[Any, Any, str]] = {
     "tangential.bristles.damping": (1.0, -1.0, "the damping of a contact is -1; try: 0 or more"),
     "tangential.bristles.release": (1e-3, 0.0, "the time of release is 0; try: a number above 0"),
     "tangential.brush.coefficients.STIFFNESS": (15.0, -1.0, "the coefficient STIFFNESS is -1; try: a number above 0"),
+    "tangential.tmeasy.coefficients.DFX1": (9e4, 0.0, "the coefficient DFX1 is 0; try: a number above 0"),
+    "tangential.tmeasy.coefficients.FXM1": (3300.0, -3300.0, "the coefficient FXM1 is -3300; try: a number above 0"),
+    "tangential.tmeasy.coefficients.FXS2": (0.0, -1.0, "the coefficient FXS2 is -1; try: 0 or more"),
+    "tangential.tmeasy.coefficients.SYE1": (0.35, 0.0, "the coefficient SYE1 is 0; try: a number above 0"),
     "tangential.brush.coefficients.FRICTION": (0.9, 0.0, "the coefficient FRICTION is 0; try: a number above 0"),
 }
 NEEDED: dict[str, dict[str, Any]] = {
@@ -118,6 +128,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "viscous": {},
     "bristles": {"friction": 0.5},
     "brush": {"coefficients": {"STIFFNESS": 15.0, "FRICTION": 0.9}},
+    "tmeasy": {"coefficients": {**VAN, "LOAD": 3000.0}},
 }
 SHAPE_OF: dict[str, dict[str, Any]] = {
     "tube_radius": {"shape": "torus", "second": {"body": "ball", "axis": [0, 1, 0]}},
@@ -136,7 +147,7 @@ def data_with(path: str, value: Any) -> dict[str, Any]:
             floor.pop("radius")
         return {**data, "contacts": {"floor": {**floor, **SHAPE_OF.get(table, {}), table: value}}}
     law, *keys = names
-    if law == "brush":  # a law of wheels
+    if law in ("brush", "tmeasy"):  # laws of wheels
         floor |= {**SHAPE_OF["tube_radius"], "tube_radius": 0.05}
     place = floor[table] = {"type": law, **copy.deepcopy(NEEDED[law])}
     for key in keys[:-1]:
@@ -167,6 +178,18 @@ def test_requirements_of_tunable_keys_are_kept(path: str) -> None:
     number = -1.0 if path == "semi_axes" else wrong
     assert requirement.rule is not None and bool(requirement.rule.broken([number]))
     assert requirement.rule.fault([number])[0].split(" [")[0] in message
+
+
+@pytest.mark.parametrize(("name", "wrong"), [("SXS1", 0.13913), ("SXS2", 0.1), ("SYS1", 0.0), ("SYS2", 0.01)])
+def test_slips_of_sliding_are_above_slips_of_the_largest_force(name: str, wrong: float) -> None:
+    """For numbers, and for tunable parameters in every call."""
+    path, peak = f"tangential.tmeasy.coefficients.{name}", name.replace("S", "M").replace("M", "S", 1)
+    with pytest.raises(DescriptionError, match=f"the coefficients do not satisfy {peak} < {name}; try: values that do"):
+        from_data(data_with(path, wrong))
+    data = data_with(path, "n")
+    (requirement,) = [item for item in from_data(data).requirements if "floor" in item.where]
+    assert requirement.rule is not None
+    assert requirement.rule.broken([wrong - VAN[peak]]) and not requirement.rule.broken([1.5 - VAN[peak]])
 
 
 @pytest.mark.slow
@@ -203,6 +226,36 @@ def test_a_force_that_depends_on_itself_is_told() -> None:
                 scene_of(text)
         else:
             assert scene_of(text).states
+
+
+@pytest.mark.parametrize(
+    ("word", "remedy"),
+    [
+        ("bristle_x", "bristles"),
+        ("bristle_y_rate", "bristles"),
+        ("slip_x", "linear or brush or tmeasy or magic_formula"),
+        ("deflection_y", "linear or brush or tmeasy or magic_formula"),
+    ],
+)
+def test_quantities_that_a_law_does_not_have_are_refused(word: str, remedy: str) -> None:
+    """And quantities that are truly 0 without friction are 0."""
+    entries = [contact("floor", FLOOR, 'body = "ball"', "hunt_crossley", law) for law in ("", "coulomb")]
+    for entry in entries:
+        with pytest.raises(DescriptionError) as caught:
+            scene_of(TEXT.format(more=f'outputs.seen = {{ formula = "{word}.floor" }}', entry=entry))
+        assert f"{word}.floor: the contact floor has no {word} (column 1); try: {remedy} as the" in str(caught.value)
+        more = 'outputs.seen = { formula = ["friction_force_x.floor", "moment_z.floor"] }'
+        assert scene_of(TEXT.format(more=more, entry=entry)).outputs
+    with pytest.raises(DescriptionError, match="there is no contact 'wall'"):
+        scene_of(TEXT.format(more=f'outputs.seen = {{ formula = "{word}.wall" }}', entry=GOOD))
+
+
+@pytest.mark.slow
+def test_a_surface_without_a_value_is_told() -> None:
+    entry = GOOD.replace("radius = 0.4", 'radius = 0.4\nsurface = "sqrt(x - 1)"')
+    entry = entry.replace("axis = [0, 0, 1]", "axis = [0, 0, 1], x_axis = [1, 0, 0]")
+    run = eomgen.build(scene_of(TEXT.format(more="", entry=entry))).simulate(0.01, 1e-3, method="rk4")
+    assert "of the surface of floor sqrt(-1) has no value at x = 0; try: another start" in run.message
 
 
 def test_scenes_without_contacts_have_no_names_of_contacts() -> None:

@@ -21,7 +21,7 @@ _FRICTION = LawKey("largest force by load", "", not_below_zero("the friction of 
 
 
 def _own_formula(words: str, unit: str) -> LawKey:
-    return LawKey(words, unit, default=0.0, names=TANGENTIAL)
+    return LawKey(words, unit, default=0.0, example='"-load * slip_velocity_x"', names=TANGENTIAL)
 
 
 _LAWS = (

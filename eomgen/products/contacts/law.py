@@ -19,7 +19,7 @@ from eomgen.symbolic.scalar import Scalar, apply, cross, dot, minus, plus, scale
 from eomgen.system.description import WORLD
 
 #: Results of tangential laws, each 0 in a law without it.
-_RESULTS = ("force_x", "force_y", *OF_LAWS)
+_RESULTS = ("force_x", "force_y", "moment_x", "moment_y", "moment_z")
 
 
 class ContactForces:
@@ -51,7 +51,7 @@ class ContactForces:
     def tangential(self) -> dict[str, Scalar]:
         """Results of the tangential law, and rates of its states."""
         applied, quantities = self._item.tangential, self._quantities
-        absent = dict.fromkeys((*_RESULTS, *STATES), quantities.algebra.zero)
+        absent = dict.fromkeys(_RESULTS, quantities.algebra.zero)
         if applied is None:
             return absent
         more = {"load": self.normal["load"], **self._states}

@@ -132,7 +132,8 @@ def table_of(title: str, documentation: str, laws: Mapping[str, ContactLaw], **k
         defaults = ("required" if row.default is None else f"`{row.default:g}`" for row in rows.values())
         default = " or ".join(dict.fromkeys(defaults))
         kind = "" if first.names is PARAMETERS else f"value of the contact and of the state, {first.unit}"
-        meaning = optional(words, unit=units, names=first.names, kind=kind, shown_default=default)
+        shown = f"{name} = {first.example if first.default is None else first.default}"
+        meaning = optional(words, unit=units, names=first.names, kind=kind, shown_default=default, example=shown)
         fields[name] = (Value | None, meaning)
     return create_model(title, __base__=Table, __module__=__name__, __doc__=documentation, **fields, **keys)
 
@@ -160,6 +161,9 @@ def read_law(key: str, contact: str, entry: Any, laws: Mapping[str, ContactLaw],
     keys = laws[entry.type].keys
     defaults = defaults_of(laws[entry.type])
     given = values.keys(key, entry, *keys) if keys else {}
+    if keys and not given and all(item.default == 0.0 for item in keys.values()):
+        name, first = next(iter(keys.items()))
+        values.report.add(key, "the law has no force and no moment [E2461]", f"{name} = {first.example}")
     return AppliedLaw(entry.type, defaults | bind_to_contact(given, contact))
 
 

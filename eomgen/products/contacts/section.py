@@ -14,13 +14,14 @@ from eomgen.products.contacts import friction_laws, normal_laws
 from eomgen.products.contacts.laws import (
     LOCAL_NAMES,
     AppliedLaw,
+    ContactLaw,
     bounds_of,
     rate_name,
     read_law,
     state_name,
     table_of,
 )
-from eomgen.products.contacts.slip_laws import BOUNDS, KEYS, OF_FILE, SlipLaw, read_coefficients
+from eomgen.products.contacts.slip_laws import KEYS, OF_FILE, SlipLaw, read_coefficients
 from eomgen.products.contacts.surfaces import FOLLOWER, HEIGHT, surface_fields
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
@@ -31,7 +32,7 @@ from eomgen.scene.joints.model import Frame
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.report import check_reference
-from eomgen.scene.reading.requirements import above_zero
+from eomgen.scene.reading.requirements import Row, above_zero
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.signals import State
 
@@ -189,6 +190,17 @@ class PairSection(ElementSection):
         return {**super().fields(reading), "parts": {self.key: items} if items else {}}
 
 
+def _laws_of(entries: Mapping[str, Any]) -> dict[str, ContactLaw]:
+    """Return the tangential laws of entries that have one."""
+    tables = {name: entry.tangential for name, entry in entries.items() if entry.tangential is not None}
+    return {name: friction_laws.LAWS[table.type] for name, table in tables.items()}
+
+
+def _gives(law: ContactLaw | None, kind: str) -> bool:
+    """Return whether a tangential law has a result, a state or the rate of a state."""
+    return law is not None and kind in (*law.results, *law.states, *map(rate_name, law.states))
+
+
 class _Contacts(PairSection):
     def read_entry(self, name: str, entry: ContactEntry, reading: Reading) -> Contact:
         item, key = super().read_entry(name, entry, reading), key_of("contacts", name)
@@ -204,6 +216,7 @@ class _Contacts(PairSection):
             item = replace(item, tangential=AppliedLaw(row.name, coefficients))
             if entry.radius is None and "UNLOADED_RADIUS" in coefficients:
                 item = replace(item, radius=coefficients["UNLOADED_RADIUS"] - item.tube_radius)
+                reading.values.require(f"{key}.radius", Row((), *_LENGTH), [item.radius])
         if entry.normal is not None:
             return item
         known = {} if item.tangential is None else item.tangential.values
@@ -214,15 +227,19 @@ class _Contacts(PairSection):
         return replace(item, normal=AppliedLaw(OF_FILE.name, known))
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
-        made = self.made_names(reading.document.section("contacts"))
-        return {**super().names(reading), "states": tuple(made)}
+        entries, names = reading.document.section("contacts"), super().names(reading)
+        laws, offered = _laws_of(entries), dict(names["offered"])
+        for kind in OF_SOME_LAWS if offered else ():
+            having = [name for name in offered[kind].names if name not in entries or _gives(laws.get(name), kind)]
+            types = " or ".join(law.name for law in friction_laws.LAWS.values() if _gives(law, kind))
+            offered[kind] = replace(offered[kind], names=tuple(having), remedy=f"{types} as the type of tangential")
+        return {**names, "offered": offered, "states": tuple(self.made_names(entries))}
 
     def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:
-        laws = ((name, entry.tangential) for name, entry in entries.items() if entry.tangential is not None)
         return {
             state_name(name, state): f"a state of the contact {name}"
-            for name, table in laws
-            for state in friction_laws.LAWS[table.type].states
+            for name, law in _laws_of(entries).items()
+            for state in law.states
         }
 
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
@@ -253,6 +270,8 @@ OF_LAWS = ("moment_x", "moment_y", "moment_z", "slip_x", "slip_y")
 STATES = tuple(
     name for law in friction_laws.LAWS.values() for state in law.states for name in (state, rate_name(state))
 )
+#: Quantities that only contacts with a law of them have; forces and moments of other contacts are 0.
+OF_SOME_LAWS = ("slip_x", "slip_y", *STATES)
 _LENGTH = above_zero("the size of a shape [E2415]")
 SECTION = _Contacts(
     key="contacts",
@@ -263,7 +282,6 @@ SECTION = _Contacts(
         **dict.fromkeys(("radius", "tube_radius", "semi_axes"), _LENGTH),
         **dict.fromkeys(("first.position", "second.position")),
         "clearance": above_zero("the clearance of a housing [E2441]"),
-        **{f"tangential.coefficients.{name}": bound for name, bound in BOUNDS.items()},
         **bounds_of(normal_laws.LAWS, "normal"),
         **bounds_of(friction_laws.LAWS, "tangential"),
     },

@@ -12,13 +12,14 @@ from pydantic import Field
 from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.errors import EomgenError
+from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
+from eomgen.formula.substitution import map_symbols
 from eomgen.products.contacts.laws import BY_PLACE, ContactLaw, bind_to_contact, rate_name
-from eomgen.products.contacts.tangential_laws import TangentialLaw, tangential_law
+from eomgen.products.contacts.tangential_laws import TangentialLaw, rules, tangential_law
 from eomgen.products.contacts.tyre_files import TyreFile, read_tyre_file, version_of
 from eomgen.scene.reading.key_metadata import optional
 from eomgen.scene.reading.kinds import Value
-from eomgen.scene.reading.requirements import Bound, Row, above_zero, is_zero, not_below_zero
 from eomgen.scene.reading.values import Values
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -34,35 +35,18 @@ _MIRRORED = (
     *("deflection_y", "slip_velocity_y", "slip_y", "rate_y", "force_y", "part_y"),
     *("turn_x", "camber", "moment_x", "moment_z", "road_moment_x"),
 )
-#: Bounds of coefficients, of scenes and of files.
-BOUNDS: Mapping[str, Bound] = {
-    name: rule(f"the coefficient {name} [E2442]")
-    for rule, names in (
-        (
-            above_zero,
-            """FRICTION STIFFNESS STIFFNESS_X STIFFNESS_Y STIFFNESS_Z RADIUS LOAD VELOCITY RELAXATION RELAXATION_LEAST
-            RELEASE LMUX LMUY LFZO FNOMIN NOMPRES INFLPRES LONGVL UNLOADED_RADIUS ONSET SMOOTH_SPEED SMOOTH_SLIP
-            SMOOTH_CAMBER VERTICAL_STIFFNESS LONGITUDINAL_STIFFNESS LATERAL_STIFFNESS""",
-        ),
-        (not_below_zero, "SETTLING VERTICAL_DAMPING BOTTOM_STIFF"),
-        (lambda quantity: (is_zero, f"{quantity} is {{0}}", "another number"), "PKY1 PKY2"),
-    )
-    for name in names.split()
-}
 _ROAD = ("road_moment_x", "road_moment_y")
 _RESULTS = {n: n for n in ("force_x", "force_y", "moment_x", "moment_y", "moment_z", "slip_x", "slip_y", *_ROAD)}
 _STATES = {f"deflection_{axis}": f"rate_{axis}" for axis in "xy"}
 _NAMES = (*_RESULTS.values(), *_STATES.values())
 #: Results of the normal force of a file.
 _NORMAL = ("normal_force", "elastic", "energy")
-
-
 #: Keys of laws of slip whose values are a path and a table.
 KEYS: Mapping[str, tuple[Any, Any]] = {
     "file": (
         Annotated[str, Field(min_length=1, max_length=1000)] | None,
         optional(
-            "`magic_formula`: path of a tyre's file (`.tir`), from the folder of the scene file", path=True, kind="text"
+            "`magic_formula`: path of a `.tir` file, from the scene's folder", path=True, example='file = "car.tir"'
         ),
     ),
     "side": (
@@ -131,7 +115,7 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
     key = f"{key_of('contacts', contact)}.tangential"
     report, numbers, law, results = values.report, dict[str, float](), row.table(""), _NAMES
     file = None
-    if entry.file is not None:
+    if entry.file is not None and not report.concerns(f"{key}.file"):
         try:
             file = read_tyre_file(folder / entry.file)
             file.check_turn_slip()
@@ -139,7 +123,7 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
         except EomgenError as error:
             report.add_file_error(f"{key}.file", error)
             return {}
-        side = -1.0 if entry.side is not None and entry.side != file.side else 1.0
+        side = 1.0 if entry.side in (None, file.side) else -1.0
         numbers = {**file.numbers, "SIDE": side, "TANGENTS": float(bool(entry.tangents))}
     given = {
         name: values.formula(f"{key}.coefficients.{name}", value, BY_PLACE)
@@ -152,20 +136,39 @@ def read_coefficients(contact: str, row: SlipLaw, entry: Any, folder: Path, valu
             report.add(f"{key}.coefficients.{name}", fault, nearest(name, names))
     known = {**{name: Number(value) for name, value in numbers.items()}, **bind_to_contact(given, contact)}
     used = law.coefficients(results, known)
+    _check_numbers({name: known[name] for name in used if name in known}, given, file, key, values)
     if file is not None:
-        _tell_numbers(file, used, given, f"{key}.file", values)
+        _note_numbers(file, used, given, f"{key}.file", values)
+        _note_side(file, entry.side, f"{key}.side", values)
     if missing := [name for name in used if name not in known]:
-        hint = f"coefficients = {{ {missing[0]} = ... }}"
-        report.add(key, f"coefficients are missing: {listed(missing)} [E2440]", hint)
+        hint = f"coefficients = {{ {law.in_place_of(missing[0], results, known)} = ... }}"
+        report.add(key, f"coefficients are missing: {listed(missing)} [E2440]", hint, follows=(key,))
     return {name: known[name] for name in (*used, *_CHOICES) if name in known}
 
 
-def _tell_numbers(file: TyreFile, used: Collection[str], given: Collection[str], key: str, values: Values) -> None:
-    """Report numbers of a file that are out of their bounds; note keys without use, and limits that are kept."""
-    for name in sorted({*used} & {*file.numbers} & {*BOUNDS} - {*given}):
-        rule, value = Row((name,), *BOUNDS[name], stage=0), file.numbers[name]
-        if rule.broken([value]):
-            values.report.add_file_error(key, file.fault(name, *rule.fault([value])))
+def _check_numbers(
+    known: Mapping[str, Formula], given: Collection[str], file: TyreFile | None, key: str, values: Values
+) -> None:
+    """Report coefficients in use that are out of their bounds, ``given`` ones of the scene and other ones of a file."""
+    for formula, rule in rules():
+        names = sorted({symbol.name for symbol in symbols(formula)})
+        if not {*names} <= {*known}:
+            continue
+        value = map_symbols(formula, lambda symbol: known[symbol.name])
+        if file is not None and {*names}.isdisjoint(given):
+            if rule.broken(at := [values.value(value)]):
+                values.report.add_file_error(f"{key}.file", file.fault(names[0], *rule.fault(at)))
+        elif all(symbol.kind == "parameter" for symbol in symbols(value)):
+            values.require(f"{key}.coefficients.{names[0]}", rule, [value])
+
+
+def _note_side(file: TyreFile, side: str | None, key: str, values: Values) -> None:
+    if side and (written := file.texts.get("TYRESIDE", "left")).lower() not in ("left", "right"):
+        values.note([f"{key}: TYRESIDE = {shown(written)} of {file.name} is taken as 'left' [W0321]"])
+
+
+def _note_numbers(file: TyreFile, used: Collection[str], given: Collection[str], key: str, values: Values) -> None:
+    """Note keys of a file without use, and limits that are kept."""
     if unused := file.unused_keys({*used, *given}):
         more = f" and {len(unused) - _MOST_NAMES} others" if len(unused) > _MOST_NAMES else ""
         names = f"{', '.join(unused[:_MOST_NAMES])}{more}"

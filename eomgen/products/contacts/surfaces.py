@@ -55,9 +55,9 @@ def surface_fields(
         height = read_surface(f"{key}.{word}", text, values, HEIGHT, ("parameter", "local", *_MOVING), owner, remedy)
     kinds = set[str]() if height is None else {symbol.kind for symbol in symbols(height)}
     if rate is not None:
-        if kinds.isdisjoint(_MOVING) and not values.report.concerns(f"{key}.{word}"):
-            fault = f"neither time nor an input moves the {word}, so it has no rate of its own [E1513]"
-            values.report.add(f"{key}.{rate_key}", fault, f"a {word} that moves, or no {rate_key}")
+        if "input" not in kinds and not values.report.concerns(f"{key}.{word}"):
+            fault = f"no input moves the {word}, whose rate follows from its formula [E1513]"
+            values.report.add(f"{key}.{rate_key}", fault, f"no {rate_key}, or an input in the {word}")
         rate = read_height(f"{key}.{rate_key}", rate, center, values)
     elif "input" in kinds and needed:
         fault = f"the {owner} needs the rate of the {word}, which does not follow from an input [E1514]"

@@ -6,8 +6,9 @@ value that others mention is computed once.
 
 from __future__ import annotations
 
+import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -18,12 +19,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.data import dataclass, replace
 from eomgen.formula.evaluate import evaluate_batch, symbols
-from eomgen.formula.nodes import Formula, Operation
+from eomgen.formula.nodes import Formula, Operation, Symbol
 from eomgen.formula.recording import record
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import PARAMETERS, SceneNames
+from eomgen.scene.reading.requirements import Bound, Outside, Row, above_zero, not_below_zero
 from eomgen.symbolic.scalar import Algebra, Scalar
 
+#: Bounds of coefficients, by key of the table ``bounds``.
+_BOUNDS: Mapping[str, Callable[[str], Bound]] = {
+    "above_zero": above_zero,
+    "not_below_zero": not_below_zero,
+    "not_above_zero": lambda quantity: (Outside(-math.inf, 0.0), f"{quantity} is {{0}}", "0 or less"),
+}
 #: Keys of a table that are not formulas.
 _KEYS = frozenset({"required", "quantities", "zeros", "ones", "versions", "options"})
 
@@ -60,6 +68,11 @@ class TangentialLaw:
         order = self.order(results, known)
         used = {symbol.name for name in order for symbol in symbols(self.formulas[name])}
         return sorted(used - set(order) - self.quantities)
+
+    def in_place_of(self, name: str, results: Sequence[str], known: Mapping[str, object]) -> str:
+        """Return a coefficient without which the coefficient ``name`` is needed for results, else ``name`` itself."""
+        others = (item for item in self.formulas if item.isupper())
+        return next((item for item in others if name not in self.coefficients(results, {**known, item: 0.0})), name)
 
     def values(
         self, results: Sequence[str], coefficients: Mapping[str, ArrayLike], **quantities: ArrayLike
@@ -122,6 +135,22 @@ def read_formulas(texts: Mapping[str, str], quantities: Sequence[str], coefficie
     formulas = {name: read_formula(text, names, PARAMETERS) for name, text in texts.items()}
     labelled = {name: replace(item, label=name) for name, item in formulas.items() if isinstance(item, Operation)}
     return TangentialLaw({**formulas, **labelled}, frozenset(quantities))
+
+
+@cache
+def rules() -> tuple[tuple[Formula, Row], ...]:
+    """Return formulas of coefficients of all laws, with rules for their values in scenes and in files."""
+    tables, result = _tables(), list[tuple[Formula, Row]]()
+    for kind, names in tables["bounds"].items():
+        for name in names.split():
+            result.append(
+                (Symbol("parameter", name), Row((), *_BOUNDS[kind](f"the coefficient {name} [E2442]"), stage=0))
+            )
+    names = " ".join(tables["relations"]).split()
+    for words, formula in read_formulas(tables["relations"], [], names).formulas.items():
+        fault = f"the coefficients do not satisfy {words} [E2462]"
+        result.append((formula, Row((), above_zero("")[0], fault, "values that do")))
+    return tuple(result)
 
 
 @cache

@@ -6,12 +6,12 @@ import math
 import re
 import tomllib
 from collections.abc import Collection, Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 from eomgen.base.data import dataclass
-from eomgen.base.files import read_bytes
+from eomgen.base.files import nearby, read_bytes
 from eomgen.base.messages import listed, shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate
@@ -20,10 +20,11 @@ from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import PARAMETERS, SceneNames
 
 MOST_BYTES = 1_000_000
-#: A section, a key with a value, the head of a table, or a row of numbers, before a comment.
+#: A section, a key with a value, the head of a table, or a row of numbers, before a comment; neighbours within it share
+#: no characters, so that long lines take no longer than short ones by character.
 _LINE = re.compile(
-    r"(?:\[(?P<section>[^\]]*)\]|(?P<key>[A-Za-z_]\w*)\s*=\s*(?P<value>'[^']*'|\"[^\"]*\"|[^$!]*?)|(?P<table>[({].*)"
-    r"|[-+.\d][-+.\deE\s]*)?\s*(?:[$!].*)?"
+    r"(?:\[(?P<section>[^\]]*)\]\s*|(?P<key>[A-Za-z_]\w*)\s*=\s*(?P<value>(?:'[^']*'|\"[^\"]*\")\s*|[^$!]*)"
+    r"|(?P<table>[({].*)|[-+.\d][-+.\deE\s]*)?(?:[$!].*)?"
 )
 #: Sections whose keys are not coefficients of a tyre.
 _DESCRIPTIVE = re.compile(r"MDI_HEADER|UNITS|MODEL|.*RANGE")
@@ -108,7 +109,7 @@ def read_tyre_file(path: Path) -> TyreFile:
     sections: dict[str, str] = {}
     file = TyreFile(path.name, numbers, texts, lines, sections)
     section, in_table = "", False
-    for number, line in enumerate(read_bytes(path, MOST_BYTES).splitlines(), 1):
+    for number, line in enumerate(read_bytes(path, MOST_BYTES, partial(nearby, endings=(".tir",))).splitlines(), 1):
         text = line.decode("utf-8-sig", "replace")
         match = _LINE.fullmatch(text.strip())
         if match and match["section"] is not None:
@@ -132,7 +133,7 @@ def read_tyre_file(path: Path) -> TyreFile:
             else:
                 texts[key] = value
     if not lines:
-        fault = "no line is a key with a value, as in a tyre's file [E2461]"
+        fault = "no line is a key with a value, as in a tyre's file [E2464]"
         raise DescriptionError(Problem(path.name, fault, "a .tir file, with lines such as PCX1 = 1.6"))
     _convert(file, numbers, units)
     return file

@@ -24,7 +24,7 @@ from eomgen.lie.numeric import rotated
 from eomgen.products.doubts.places import BACK, place, poses_of
 from eomgen.simulation.judgement.diagnosis import SMALLER_ANGLES
 from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles
-from eomgen.system.description import Description
+from eomgen.system.description import Description, HeightSurface
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -53,7 +53,8 @@ def cause_of(
         return f", where formulas take {taken}: {REASON}", HINT
     if angles := large_joint_angles(model.q_names, model.q_units, q):
         return f", where {angles}: {REASON}", SMALLER_ANGLES
-    if unknown := operations_without_value(model.description, values):
+    unknown = operations_without_value(model.description, values) or _surfaces_without_value(model, poses, values)
+    if unknown:
         hint = "another start, or a formula that has a value there, such as max(x, 1e-3) in place of x"
         return f", where in a formula {unknown}", hint
     if tyres := _upright_tyres(model, poses):
@@ -128,7 +129,9 @@ def _symbols(formula: Formula) -> Iterator[Symbol]:
 
 
 def _value_text(symbol: Symbol, value_of: Callable[[Symbol], float]) -> str:
-    name = {"time": "t", "q": f"q.{symbol.name}", "v": f"v.{symbol.name}"}.get(symbol.kind, symbol.name)
+    coordinate = "xyz"[symbol.index] if symbol.kind == "local" else ""
+    names = {"time": "t", "q": f"q.{symbol.name}", "v": f"v.{symbol.name}", "local": coordinate}
+    name = names.get(symbol.kind, symbol.name)
     return f"{name} = {value_of(symbol):.6g}"
 
 
@@ -162,25 +165,47 @@ def _numbers(values: SymbolValues, formulas: Sequence[Formula]) -> list[float]:
     return [evaluate(part, lambda symbol: values[symbol.kind, symbol.name, symbol.index]) for part in formulas]
 
 
-def _left_by_contacts(model: CompiledModel, poses: Callable[[], Mapping[str, Array]], values: SymbolValues) -> str:
-    """Return, in words, a curve of a surface that a contact leaves at its ends, with the constraint; empty without
-    one."""
+def _places_on_surfaces(
+    model: CompiledModel, poses: Callable[[], Mapping[str, Array]], values: SymbolValues
+) -> Iterator[tuple[HeightSurface, float, Array]]:
+    """Yield surfaces, with the size of the body and its place in their axes, (3,), m."""
     for item in model.description.contacts:
-        used = [(use.curve, use.argument) for use in applications(item.height) if isinstance(use.curve, Curve)]
         with suppress(ArithmeticError, KeyError):  # of something that is not known here
             origin, center, (size,) = (_numbers(values, part) for part in (item.position, item.center, [item.size]))
             pose = poses()[item.body]
             in_body = rotated(pose[:4] * BACK, place(poses()[item.rider], center) - pose[4:])
-            local = (in_body - np.array(origin)) @ np.array(item.axes)
+            yield item, size, (in_body - np.array(origin)) @ np.array(item.axes)
+
+
+def _at(values: SymbolValues, local: Array) -> SymbolValues:
+    return {**values, **{("local", "position", k): float(x) for k, x in enumerate(local)}}
+
+
+def _left_by_contacts(model: CompiledModel, poses: Callable[[], Mapping[str, Array]], values: SymbolValues) -> str:
+    """Return, in words, a curve of a surface that a contact leaves at its ends, with the constraint; empty without
+    one."""
+    for item, size, local in _places_on_surfaces(model, poses, values):
+        used = [(use.curve, use.argument) for use in applications(item.height) if isinstance(use.curve, Curve)]
+        with suppress(ArithmeticError, KeyError):  # of something that is not known here
             for curve, argument in used:
                 arguments = []
                 for off in size * np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]):
-                    around = {("local", "position", k): float(x) for k, x in enumerate(local + off)}
-                    arguments += _numbers({**values, **around}, [argument])
+                    arguments += _numbers(_at(values, local + off), [argument])
                 if _outside(curve, arguments):
                     near = f"within {size:.6g} m of" if size else "at"
                     return f"{_range_of(curve)} and is asked {near} {arguments[0]:.9g} by the constraint {item.name}"
     return ""
+
+
+def _surfaces_without_value(
+    model: CompiledModel, poses: Callable[[], Mapping[str, Array]], values: SymbolValues
+) -> str:
+    """Return operations without a value in heights of surfaces below bodies, in words; empty if none is known."""
+    result = dict[str, None]()
+    for item, _, local in _places_on_surfaces(model, poses, values):
+        said = _without_value(item.height, partial(value_in, _at(values, local)))
+        result |= dict.fromkeys(f"of the surface of {item.name} {text}" for text in said)
+    return " and ".join(list(result)[:3])
 
 
 def _outside(curve: Curve, arguments: Sequence[float]) -> bool:

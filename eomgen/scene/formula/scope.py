@@ -182,11 +182,12 @@ ANYWHERE_ALONG_A_BEAM = Scope(EVERYTHING.description, ANYWHERE.kinds | {"place"}
 @dataclass(frozen=True)
 class ElementQuantity:
     """A kind of quantity that force elements of a section offer to formulas: the scope that allows the use, and the
-    names of the elements."""
+    names of the elements; ``remedy`` for other elements of the section."""
 
     section: str
     scope: str
     names: tuple[str, ...]
+    remedy: str = ""
 
 
 @dataclass(frozen=True)

@@ -152,7 +152,7 @@ _DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)\s*(?:[,}#]|$)")
 
 #: A number and a unit without quotes.
 _BARE_UNIT = re.compile(
-    r"([A-Za-z0-9_-]{1,64})\s*=\s*([+-]?[0-9.]{1,32}(?:[eE][+-]?[0-9]{1,3})?)"
+    r"([A-Za-z0-9_-]{1,64})\s*=\s*([+-]?[0-9.]{1,32}+(?:[eE][+-]?[0-9]{1,3})?+)"
     r"\s*([A-Za-z][A-Za-z0-9/^* ]{0,32})\s*(?:[,}#]|$)"
 )
 
@@ -222,6 +222,8 @@ def _toml_hint(fault: str, line: str) -> str:
         return f"{comma[1]}.{comma[2]} with a decimal point"
     if measured := _BARE_UNIT.search(line):
         return f'{measured[1]} = "{measured[2]} {measured[3].strip()}": a number with a unit is a text'
+    if bare := re.search(r"=\s*([+-]?)(\.[0-9]{1,32})", line):
+        return f"{bare[1]}0{bare[2]}: a number begins with a digit"
     if re.search(r"=\s*(True|False)\b", line):
         return "true and false, in small letters"
     return "TOML syntax: key = value, texts in quotes"
