@@ -103,10 +103,7 @@ def read_tyre_file(path: Path) -> TyreFile:
         unknown unit.
     """
     numbers: dict[str, float] = {"FITTYP": 6.0}
-    texts: dict[str, str] = {}
-    units: dict[str, str] = {}
-    lines: dict[str, int] = {}
-    sections: dict[str, str] = {}
+    texts, units, lines, sections = dict[str, str](), dict[str, str](), dict[str, int](), dict[str, str]()
     file = TyreFile(path.name, numbers, texts, lines, sections)
     section, in_table = "", False
     for number, line in enumerate(read_bytes(path, MOST_BYTES, partial(nearby, endings=(".tir",))).splitlines(), 1):
