@@ -39,8 +39,8 @@ def robot(old: str, new: str) -> Callable[[], Any]:
 MEANT: list[tuple[Callable[[], Any], str]] = [
     (changed('mass = "1 + load"', "mass = 2 kg"), 'try: mass = "2 kg": a number with a unit is a text'),
     (changed("value = 0.5,", "value = 0.5 m,"), 'try: value = "0.5 m": a number with a unit is a text'),
-    (changed('mass = "1 + load"', "mass = .5"), "try: 0.5: a number begins with a digit"),
-    (changed("value = 0.5,", "value = 1e6, more = -.5,"), "try: -0.5: a number begins with a digit"),
+    (changed('mass = "1 + load"', "mass = .5"), "try: 0.5 with a decimal point"),
+    (changed("value = 0.5,", "value = 1e6, more = -.5,"), "try: -0.5 with a decimal point"),
     (changed('"1 + load"', '"2,5"'), "operation or a function (column 1); try: 2.5 with a decimal point"),
     (changed("[parameters]", '[parameters]\nhalf = "length / 2"'), "a number is needed here, not 'length / 2'; tr"),
     (changed('"2 * sin(t)"', '"2 * g * sin(t)"'), "unknown name 'g' (column 5); try: 9.81, or a parameter: g = {"),

@@ -555,12 +555,9 @@ class _FormulaReader:
                 fault = f"{kind}.{name}: the beam {name} bends, and has no axes of its own [E1566]"
                 raise self.error(node, fault, "a body that is fixed to the beam at the place of interest")
             noun = "joint or beam" if of_joints and self.names.beams else _words(self.names.section_of(kind))
-            if offered and any(
-                name in other.names for other in self.names.offered.values() if other.section == offered.section
-            ):
-                raise self.error(node, f"{kind}.{name}: the {noun} {name} has no {kind} [E2463]", offered.remedy)
-            fault = f"{kind}.{name[:64]}: there is no {noun} {shown(name)} [E1568]"
-            raise self.error(node, fault, nearest(name, known))
+            having, remedy = (f" with {kind}", offered.remedy) if offered and offered.remedy else ("", "")
+            fault = f"{kind}.{name[:64]}: there is no {noun} {shown(name)}{having} [E1568]"
+            raise self.error(node, fault, ", or ".join(filter(None, (nearest(name, known), remedy))))
         if of_joints and name in self.names.exact_beams and name not in self.names.joints:
             fault = f"{kind}.{name}: a geometrically exact beam has no elastic coordinates [E1564]"
             raise self.error(node, fault, ON_A_POINT)

@@ -182,7 +182,7 @@ ANYWHERE_ALONG_A_BEAM = Scope(EVERYTHING.description, ANYWHERE.kinds | {"place"}
 @dataclass(frozen=True)
 class ElementQuantity:
     """A kind of quantity that force elements of a section offer to formulas: the scope that allows the use, and the
-    names of the elements; ``remedy`` for other elements of the section."""
+    names of the elements; ``remedy`` if other elements there do not have the quantity."""
 
     section: str
     scope: str

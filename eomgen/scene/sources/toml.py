@@ -147,8 +147,8 @@ class TomlScanner:
 #: Words of Python's parser of TOML in faults of keys and tables that come again, and of an array without its end.
 _OVERWRITTEN, _DECLARED_TWICE, _OPEN_ARRAY = "overwrite a value", "twice", "Unclosed array"
 _TOML_PLACE = re.compile(r" \(at line (\d+), column (\d+)\)$")
-#: A number with a decimal comma, after an equals sign.
-_DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)\s*(?:[,}#]|$)")
+#: A number with a decimal comma, or without a digit before the point, after an equals sign.
+_DECIMAL_COMMA = re.compile(r"=\s*(?:([+-]?\d+),|([+-]?)\.)(\d+)\s*(?:[,}#]|$)")
 
 #: A number and a unit without quotes.
 _BARE_UNIT = re.compile(
@@ -219,11 +219,9 @@ def _toml_hint(fault: str, line: str) -> str:
     if values := _BARE_LIST.search(line):
         return f"a list stands in [ ]: {values[1]} = [{values[2].strip()}]"
     if comma := _DECIMAL_COMMA.search(line):
-        return f"{comma[1]}.{comma[2]} with a decimal point"
+        return f"{comma[1] or comma[2] + '0'}.{comma[3]} with a decimal point"
     if measured := _BARE_UNIT.search(line):
         return f'{measured[1]} = "{measured[2]} {measured[3].strip()}": a number with a unit is a text'
-    if bare := re.search(r"=\s*([+-]?)(\.[0-9]{1,32})", line):
-        return f"{bare[1]}0{bare[2]}: a number begins with a digit"
     if re.search(r"=\s*(True|False)\b", line):
         return "true and false, in small letters"
     return "TOML syntax: key = value, texts in quotes"
