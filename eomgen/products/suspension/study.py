@@ -149,7 +149,7 @@ def suspension(
         raise UsageError(Problem("rows", fault, f"{rows + 1}"))
     springs = [spring.name for spring in scene.springs]
     model = _rig(scene.name, Path(file), hubs, springs, steering, radius, changes)
-    own = f"parameters.{_OF_PAD.format(hubs[0])}"  # notes of the axle are told with its file
+    own = f"parameters.{_OF_PAD.format(hubs[0])}"  # notes of the axle belong to its file
     log_notes(model.name, tuple(note for note in model.notes if note.startswith(own)))
     _, design = _at(model, {})
     sides = {name: -1.0 if design[_OF_PAD.format(name) + "pose"][1] < 0.0 else 1.0 for name in hubs}

@@ -287,8 +287,8 @@ def _as_growth(
 
 def _growing_components(run: Run, rows: Array, growth: Array, size: Array, least: float) -> Components:
     """Return the indices, in (v, z), of components that grow at least by the factor `least` and are more than rounding:
-    of velocities compared with the largest one in their unit, of internal states with their response to the motion of
-    `rows` (n, width). `growth` and `size` are (nv + nz,)."""
+    velocities compared with the largest one in their unit, internal states with their response to the motion in `rows`
+    (n, width). `growth` and `size` are (nv + nz,)."""
     grown = np.flatnonzero(growth >= least)
     if not len(grown):
         return grown
