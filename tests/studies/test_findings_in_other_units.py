@@ -64,7 +64,7 @@ class Case:
     options : of ``simulate``
     parameters, q, v : where they are not those of the scene
     wave : angular frequency of the input motor, 1/s, of 50 N
-    rough : whether rounding changes the values of its findings
+    rough : whether rounding changes the values of its findings, and decides which others there are
     """
 
     scene: str
@@ -267,7 +267,11 @@ def test_findings_are_the_same_in_other_units(name: str) -> None:
         if not {finding.name for finding in found} & set(ROUNDED):  # these choose the steps
             np.testing.assert_allclose(run.error.relative, own.error.relative, rtol=1e-9)
     for units in IN_USE:
-        same(run_of(case, units)[1], expected, math.inf if case.rough else 1e-3)
+        found = run_of(case, units)[1]
+        if case.rough:
+            assert set(case.found) <= {finding.name for finding in found}
+        else:
+            same(found, expected, 1e-3)
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from docs.scene_tables import tables
+from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.mechanics.forces.applied import offered_by
@@ -76,10 +77,18 @@ def test_its_power_is_that_of_its_wrenches_and_its_potential(row: ElementSection
 
 @EVERY
 def test_formulas_read_what_it_offers(row: ElementSection) -> None:
+    """But for quantities of laws that the entry does not have, which are refused with the laws that have them."""
     [element] = scene_with(row).elements
+    read = 0
     for kind in row.offers:
-        scene = scene_with(row, f"{kind}.{element.name}")
+        try:
+            scene = scene_with(row, f"{kind}.{element.name}")
+        except DescriptionError as error:
+            assert f"{element.name}' with {kind}" in str(error) and "; try: " in str(error)
+            continue
+        read += 1
         assert offered_by(scene)[kind][0] == row.key and "outputs" in derive(scene, ["outputs"]).functions
+    assert read or not row.offers
 
 
 @EVERY

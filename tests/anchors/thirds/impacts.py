@@ -40,6 +40,7 @@ def _pieces(rates: Callable[[Array], Array], start: Array, changes: Sequence[Cha
             events=roots,
             rtol=1e-12,
             atol=1e-13,
+            max_step=0.05,  # a longer one may jump over two roots
         )
         within = (times >= now) & (times <= solution.t[-1])
         if within.any() and solution.sol:
