@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -60,16 +59,15 @@ def test_intervals_of_the_quarter_car_hold_the_truth(quarter_car: Callable[[int]
 
 
 @pytest.mark.long
-def test_the_arm_is_known_from_one_run_within_a_second(arm: Callable[[int], eomgen.Identification]) -> None:
+def test_the_arm_is_known_from_one_run_by_six_runs_with_derivatives(
+    arm: Callable[[int], eomgen.Identification],
+) -> None:
     true = arm_parameters()
     assert len(true) == 24
-    assert np.abs(distances(arm(0), true)).max() < 4.0
-    spent = []
     for seed in range(3):
-        before = time.process_time()
-        arm(seed)
-        spent.append(time.process_time() - before)
-    assert min(spent) < 1.0
+        found = arm(seed)
+        assert np.abs(distances(found, true)).max() < 4.5
+        assert found.runs <= 6 and not found.failed
 
 
 @pytest.mark.long
