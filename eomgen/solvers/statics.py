@@ -141,7 +141,7 @@ class SearchPoint:
     @property
     def finite(self) -> bool:
         entries = self.K if isinstance(self.K, np.ndarray) else self.K.data
-        return all(bool(np.isfinite(part).all()) for part in (entries, self.residual, self.rates))
+        return all(bool(np.isfinite(part).all()) for part in (entries, self.residual, self.rates, self.z))
 
     @cached_property
     def stiffness_blocks(self) -> Blocks:
@@ -392,7 +392,8 @@ def move(statics: Statics, point: SearchPoint, change: Array) -> SearchPoint | N
 
 
 def _moved_states(statics: Statics, point: SearchPoint, increment: Array) -> Array:
-    """Return the internal states after a motion of the coordinates, (nv,), by their rates in this motion."""
+    """Return the internal states after a motion of the coordinates, (nv,), by their rates in this motion; not finite if
+    the states grow without bound on the way."""
     if not np.any(point.carried):
         return point.z
 
@@ -400,14 +401,15 @@ def _moved_states(statics: Statics, point: SearchPoint, increment: Array) -> Arr
         return statics.rates_in_motion(point.q, z, increment) - statics.rates(point.q, z)
 
     change = rates(0.0, point.z)
-    last = rates(1.0, point.z + change)
-    if np.max(np.abs(last - change)) <= WRITTEN * np.max(np.abs(change)):
-        return point.z + 0.5 * (change + last)
-    from scipy.integrate import solve_ivp  # noqa: PLC0415  # for states that slide alone
+    bent = np.max(np.abs(rates(1.0, point.z + change) - change))
+    if not bent > WRITTEN * np.max(np.abs(change)):
+        return point.z + change
+    from scipy.integrate import LSODA  # noqa: PLC0415  # for states that slide alone
 
-    path = solve_ivp(rates, (0.0, 1.0), point.z, method="LSODA", rtol=WRITTEN, atol=COMPUTED * np.max(np.abs(change)))
-    moved: Array = path.y[:, -1]
-    return moved
+    solver = LSODA(rates, 0.0, point.z, 1.0, rtol=WRITTEN, atol=COMPUTED * np.max(np.abs(change)))
+    while solver.status == "running" and solver.nfev < 5000:  # states that slide take some hundreds
+        solver.step()
+    return np.where(solver.status == "finished", solver.y, np.nan)
 
 
 def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:

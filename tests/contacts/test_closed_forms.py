@@ -141,7 +141,7 @@ def test_a_block_rests_on_bristles_up_to_its_friction_alone() -> None:
         assert loads.max() <= 1e-4 and loads.min() > 0.0
         assert loads.mean() == pytest.approx(1e-4 * math.tan(0.3) / friction, rel=0.02)
     pulled = 9.81 * (math.sin(0.3) - 0.25 * math.cos(0.3))
-    with pytest.raises(eomgen.errors.NumericalError, match=rf"still accelerates with {pulled:.4g} m/s\^2"):
+    with pytest.raises(eomgen.errors.NumericalError, match=rf"accelerates with {pulled:.4g} m/s\^2"):
         model.equilibrium(parameters={"mu": 0.25})
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from eomgen.base.data import replace
 from eomgen.lie.product import Factor
 from eomgen.solvers.equilibrium_search import (
     _length_of_change,
@@ -20,7 +21,7 @@ from eomgen.solvers.equilibrium_search import (
     follow_descent,
     nearest_rest,
 )
-from eomgen.solvers.statics import SearchTrail, Statics, examine
+from eomgen.solvers.statics import SearchTrail, Statics, examine, move
 from tests.oracles.evaluation import Array
 
 WEIGHTS = np.array([3.0, 2.0, 1.0])
@@ -174,3 +175,20 @@ def test_lengths_count_no_turns() -> None:
     point = examine(sliding, np.zeros(3), np.zeros(0))
     change = np.linalg.solve(point.basis, [9.0, -2.0, 1.0])
     assert _length_of_change(sliding, point, change) == pytest.approx(0.5, rel=1e-12)
+
+
+@pytest.mark.parametrize(("rate", "end"), [(lambda z: 1.0 - z, 1.0 - np.exp(-2.0)), (lambda z: 1.0 + z * z, None)])
+def test_internal_states_follow_their_rates_along_a_motion_unless_they_explode(rate: Any, end: float | None) -> None:
+    """Over 2 rad 1 - z leads to 1 - exp(-2), and 1 + z^2 to no end: tan(2) lies beyond a pole."""
+    zero = np.zeros(3)
+    made = replace(
+        statics(lambda q, z: -WEIGHTS * q, lambda q: np.diag(WEIGHTS), rates=lambda q, z: np.zeros(1)),
+        couplings=lambda q, z: (np.zeros((3, 1)), np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]), np.zeros((1, 1))),
+        rates_in_motion=lambda q, z, v: rate(z) * v[0],
+        carried_in_motion=lambda q, z, v: np.array([[1.0, 0.0, 0.0]]),
+    )
+    start = examine(made, zero, np.zeros(1))
+    reached = move(made, start, np.append(start.dual @ np.array([2.0, 0.0, 0.0]), 0.0))
+    assert (reached is None) == (end is None)
+    if reached is not None:
+        assert reached.z == pytest.approx([end], rel=1e-5)

@@ -42,6 +42,9 @@ class Timed:
         self.step, self.fails, self.iterations, self.made = step, fails, iterations, list[tuple[int, int]]()
         self.terms = ("residual",)
 
+    def finish_compilation(self) -> None:
+        """No compiler runs."""
+
     def simulate(self, end: float, step: float, record_every: int, error_estimate: bool) -> Any:
         assert not error_estimate
         count = round(end / step)

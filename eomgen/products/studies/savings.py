@@ -365,7 +365,7 @@ def savings(
     step = document.simulation.step
     with tempfile.TemporaryDirectory(prefix="eomgen-savings-") as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of variants: warnings of the scene come with every build
-        build_in(Path(folder) / "cache", document, ["residual"], chosen, profile)  # shared by all builds
+        build_in(Path(folder) / "cache", document, ["residual"], chosen, profile).finish_compilation()  # shared
         measured: list[tuple[VariantCost, Model | None]] = []
         try:
             for variant in wanted:
@@ -415,6 +415,7 @@ def _build_variant(variant: Variant, method: str, folder: Path, profile: str) ->
         began = time.perf_counter()
         model = build_in(folder / "cache", variant.scene, terms, method, profile, start=variant.start)
         seconds = time.perf_counter() - began
+        model.finish_compilation()  # no compiler runs during timed steps, or writes to the cache when it is removed
         if variant.start:
             terms = list(model.terms)
         system = derive(variant.scene, terms)

@@ -116,9 +116,9 @@ def energy_balance(
 
 
 def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> EnergyBalance | None:
-    """Return the gain of total energy as a part of `moving`, the energy in motion in J, if no recorded energy explains
-    that gain, else None. Explanations are the initial kinetic energy, the range of potential energy, and work by the
-    largest recorded power."""
+    """Return the balance with the gain of total energy as a part of `moving`, the energy in motion in J, if no recorded
+    energy explains that gain, else None. Explanations are the initial kinetic energy, the range of potential energy,
+    and work by the largest recorded power."""
     if len(t) < 2:
         return None
     known = energy["kinetic"][0] + np.ptp(energy["potential"])
