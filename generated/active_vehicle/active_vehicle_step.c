@@ -1704,7 +1704,8 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
     return ACTIVE_VEHICLE_NOT_CONVERGED;
 }
 
-/* Update the state by the step that is in work. */
+/* Update the state by the step that is in work. Accelerations and rates decay at rest, and are zero before they become
+ * subnormal numbers, with which an operation takes a hundred cycles. */
 static void active_vehicle_accept(const active_vehicle_coefficients *c, real t, active_vehicle_state *state,
     const active_vehicle_workspace *work)
 {
@@ -1723,7 +1724,7 @@ static void active_vehicle_accept(const active_vehicle_coefficients *c, real t, 
         prediction_error[2] = prediction_error[2] + third * third;
         state->a_before[7 + i] = before;
         state->a_before[i] = old;
-        state->a[i] = a;
+        state->a[i] = EG_ABS(a) < active_vehicle_TINY ? K(0.0) : a;
         state->v[i] = work->v[i];
         state->vdot[i] = work->vdot[i];
     }

@@ -2049,7 +2049,8 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
     return HEAVY_TOP_R3XSO3_NOT_CONVERGED;
 }
 
-/* Update the state by the step that is in work. */
+/* Update the state by the step that is in work. Accelerations and rates decay at rest, and are zero before they become
+ * subnormal numbers, with which an operation takes a hundred cycles. */
 static void heavy_top_r3xso3_accept(const heavy_top_r3xso3_coefficients *c, real t, heavy_top_r3xso3_state *state,
     const heavy_top_r3xso3_workspace *work)
 {
@@ -2068,7 +2069,7 @@ static void heavy_top_r3xso3_accept(const heavy_top_r3xso3_coefficients *c, real
         prediction_error[2] = prediction_error[2] + third * third;
         state->a_before[6 + i] = before;
         state->a_before[i] = old;
-        state->a[i] = a;
+        state->a[i] = EG_ABS(a) < heavy_top_r3xso3_TINY ? K(0.0) : a;
         state->v[i] = work->v[i];
         state->vdot[i] = work->vdot[i];
     }

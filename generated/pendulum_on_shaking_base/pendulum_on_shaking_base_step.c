@@ -866,7 +866,8 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
     return PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED;
 }
 
-/* Update the state by the step that is in work. */
+/* Update the state by the step that is in work. Accelerations and rates decay at rest, and are zero before they become
+ * subnormal numbers, with which an operation takes a hundred cycles. */
 static void pendulum_on_shaking_base_accept(const pendulum_on_shaking_base_coefficients *c, real t,
     pendulum_on_shaking_base_state *state, const pendulum_on_shaking_base_workspace *work)
 {
@@ -885,7 +886,7 @@ static void pendulum_on_shaking_base_accept(const pendulum_on_shaking_base_coeff
         prediction_error[2] = prediction_error[2] + third * third;
         state->a_before[1 + i] = before;
         state->a_before[i] = old;
-        state->a[i] = a;
+        state->a[i] = EG_ABS(a) < pendulum_on_shaking_base_TINY ? K(0.0) : a;
         state->v[i] = work->v[i];
         state->vdot[i] = work->vdot[i];
     }

@@ -996,7 +996,8 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
     return SPHERICAL_PENDULUM_NOT_CONVERGED;
 }
 
-/* Update the state by the step that is in work. */
+/* Update the state by the step that is in work. Accelerations and rates decay at rest, and are zero before they become
+ * subnormal numbers, with which an operation takes a hundred cycles. */
 static void spherical_pendulum_accept(const spherical_pendulum_coefficients *c, real t,
     spherical_pendulum_state *state, const spherical_pendulum_workspace *work)
 {
@@ -1015,7 +1016,7 @@ static void spherical_pendulum_accept(const spherical_pendulum_coefficients *c, 
         prediction_error[2] = prediction_error[2] + third * third;
         state->a_before[3 + i] = before;
         state->a_before[i] = old;
-        state->a[i] = a;
+        state->a[i] = EG_ABS(a) < spherical_pendulum_TINY ? K(0.0) : a;
         state->v[i] = work->v[i];
         state->vdot[i] = work->vdot[i];
     }
