@@ -4,6 +4,9 @@
     python -m benchmarks.gpu --dry        # without a card: all rows on the processor, with few states
     python -m benchmarks.gpu              # on the card, 8 minutes at most
 
+It needs ``pip install -e '.[gpu]' example-robot-data``; ``--prepare`` counts operations if nvdisasm of the CUDA toolkit
+is on the path, and the time of a call needs PyTorch.
+
 Prepared files stand in the folder ``--folder`` and in the cache ``EOMGEN_CACHE``, which both travel to the card's
 machine. Times of kernels are the least of several rounds of launches, with outputs on the card. Times of GRiD, MuJoCo
 Warp, JAX and of 16 cores in lanes are those of a study on an H100 of 26 November 2026, and are not measured here.
@@ -297,7 +300,7 @@ def stand_in() -> None:
 
 def _shown(rows: list[list[str]], options: argparse.Namespace) -> list[list[str]]:
     """Return rows of a table; of a dry run the names alone, since times on the processor mean nothing."""
-    return [[row[0], *["-"] * len(row[1:])] for row in rows] if options.dry else rows
+    return [[row[0], *["ran"] * len(row[1:])] for row in rows] if options.dry else rows
 
 
 def main() -> int:
@@ -319,7 +322,9 @@ def main() -> int:
     device = driver.driver().device(0)
     print(f"{device.name}, {device.architecture}, CUDA {device.driver.version}; {machine()}\n{describe_card()}\n")
     bandwidth = 1.0 if options.dry else copy_bandwidth(device, 2**30)
-    if not options.dry:
+    if options.dry:
+        print(f"dry run without times: each row runs with {count} states or samples on the processor\n")
+    else:
         print(f"copies of 1 GiB: {1e-12 * bandwidth:.3g} TB/s, read and written\n")
     rows = [time_states(device, options.folder, row, count, bandwidth) for row in STATES]
     of_states = ("states", "ns", "time / bytes", "goal", "/ GRiD (study)", "goal", "stack, bytes")

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.metadata
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,8 +49,11 @@ ROBOTS = {
 
 
 def urdf(robot: Robot) -> Path:
-    """Return the URDF file. Raises PackageNotFoundError when example-robot-data is not installed."""
-    package = importlib.metadata.distribution("example-robot-data")
+    """Return the URDF file. Ends the program with the remedy if example-robot-data is not installed."""
+    try:
+        package = importlib.metadata.distribution("example-robot-data")
+    except importlib.metadata.PackageNotFoundError:
+        sys.exit("the robots are files of example-robot-data, not installed; try: pip install example-robot-data")
     return Path(str(package.locate_file(f"cmeel.prefix/share/example-robot-data/robots/{robot.file}")))
 
 

@@ -95,12 +95,10 @@ def generate(
     _check_machines(machines, target)
     described = documents.load(scene, **reading)
     values: Mapping[str, float | str] = assignments("--set", parameters)
-    steps = ""
     if isinstance(described, Scene):
         say_notes(described)
         check_assigned(described, values, {}, robot=takes(Path(scene), "tunable"))
         values = in_units("--set", values, described.parameters)
-        steps = stand_in(described, method) if only is None else ""
     files = generation.generate(
         described, folder, terms, method, target=target, real=real, parameters=values, only=only, uniform=uniform
     )
@@ -112,6 +110,8 @@ def generate(
         print_json([str(file) for file in files])
     else:
         click.echo("\n".join(map(str, files)))
+    stepped = any(file.name.endswith("_step.c") for file in files) and isinstance(described, Scene)
+    steps = stand_in(described, method) if stepped else ""
     say(f"{counted(len(files), 'file')}{steps}; README.md there says how to compile them")
 
 

@@ -64,7 +64,7 @@ def say_notes(scene: Scene) -> None:
 
 
 def stand_in(scene: Scene, method: str | None) -> str:
-    """Return words on the method that files step with if the method is ``auto``, which chooses before runs alone; else
+    """Return words on the method that files step with if the method is ``auto``, which chooses at runs alone; else
     empty.
 
     Parameters
@@ -75,7 +75,7 @@ def stand_in(scene: Scene, method: str | None) -> str:
 
     if (scene.simulation.method if method is None else method) != "auto":
         return ""
-    return f" with steps of {methods.method_of(scene, method)}, as auto chooses before runs alone"
+    return f", with steps by {methods.method_of(scene, method)} (auto chooses at runs alone)"
 
 
 def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[Model, Solution]:

@@ -45,10 +45,12 @@ def test_generate_says_which_method_it_takes_for_auto(
     monkeypatch.chdir(tmp_path)
     Path("scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
     assert main(["generate", "scene.toml", "--method", "auto", "--out", "code"]) == 0
-    assert "files with steps of generalized_alpha, as auto chooses before runs alone; README" in capsys.readouterr().err
+    assert "files, with steps by generalized_alpha (auto chooses at runs alone); README" in capsys.readouterr().err
     readme = Path("code/README.md").read_text(encoding="utf-8")
     assert "Method: generalized-alpha on Lie groups: the scene asks for `auto`, which chooses" in readme
     assert json.loads(Path("code/manifest.json").read_text())["method"] == "generalized-alpha on Lie groups"
     Path("scene.toml").write_text(PENDULUM_TOML + 'method = "auto"\n', encoding="utf-8")
     assert main(["info", "scene.toml"]) == 0
     assert "note" not in capsys.readouterr().err
+    assert main(["generate", "scene.toml", "--terms", "mass", "--out", "mass"]) == 0
+    assert "6 files; README" in capsys.readouterr().err

@@ -18,8 +18,8 @@ import eomgen
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
 from eomgen.products.gpu.kernels import ALL_REGISTERS
-from eomgen.products.gpu.nvrtc import EXACT, Usage, compile_cubin, nvrtc
-from eomgen.products.gpu.target import CUDA, STRUCTS, cuda_files, functions_in_rows, memory_of_functions, thread_bytes
+from eomgen.products.gpu.nvrtc import EXACT, Usage, compile_cubin, nvrtc, options_for
+from eomgen.products.gpu.target import CUDA, RUNS, cuda_files, functions_in_rows, memory_of_functions, run_texts
 from eomgen.toolchain.cache import Cache
 from tests.examples.demos import demo_module
 
@@ -78,18 +78,6 @@ FOLDERS = {path.parent.name for path in (ROOT / "examples").glob("*/README.md")}
 EXAMPLES = sorted(FOLDERS - WITHOUT_TEXT)
 #: The record of runs has one column, the first coordinate.
 COLUMN = "#define EG_COLUMN_COUNT 1\n#define EG_COLUMNS(take) take(0, line[1])\n"
-#: A kernel of steps, after the model and its stepper.
-STEP = """
-EG_KERNEL(128) P_step_kernel(const P_parameters *p, const P_settings *settings, P_state *states, long steps)
-{
-    P_workspace work;
-    P_state state = states[EG_THREAD];
-    memset(&work, 0, sizeof work);
-    while (steps-- > 0 && !P_step(p, settings, &state, &work, NULL))
-        continue;
-    states[EG_THREAD] = state;
-}
-"""
 
 
 def folder_of_libraries() -> Path | None:
@@ -122,7 +110,7 @@ def compile_text(folder: Path, *options: str, step: bool = False) -> tuple[int, 
     Parameters
     ----------
     options : further ones
-    step : a kernel of steps is compiled in place of the kernels of functions
+    step : the kernel of steps of the README is compiled in place of the kernels of functions
     """
     data = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
     name = f"{data['model']}.cu"
@@ -130,7 +118,9 @@ def compile_text(folder: Path, *options: str, step: bool = False) -> tuple[int, 
     texts |= {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.suffix in (".c", ".h")}
     text = (folder / name).read_text(encoding="utf-8")
     if step:
-        text = text[: text.index("/*", text.index("_step.c"))] + STEP.replace("P_", f"{data['model']}_")
+        readme = (folder / "README.md").read_text(encoding="utf-8")
+        (kernel,) = re.findall(r"^    extern .*?^    }$", readme, re.MULTILINE | re.DOTALL)
+        text = text[: text.index("/*", text.index("_step.c"))] + kernel
     every = [*data["nvrtc"], "-w", *options]
     library, program = _library(), ctypes.c_void_p()
     included = len(texts), _strings([*texts.values()]), _strings([*texts])
@@ -166,12 +156,11 @@ def texts_of(model: str, term: str = "") -> Iterator[tuple[str, dict[str, str], 
     """Yield names, texts and options for NVRTC: of the functions of a model, or of one term, and of runs."""
     document, front_end = as_document(described(model))
     program, refusal = exported_program(document, front_end, CUDA, [term] if term else None)
-    more = nvrtc().options_for(memory_of_functions(program))
+    more = options_for(memory_of_functions(program), nvrtc().version)
     yield f"{program.prefix}.cu", cuda_files(program, in_rows=functions_in_rows(program)), (*EXACT, *more)
     if not term and not refusal:
-        texts = {"runs.cu": f'{COLUMN}#include "{program.prefix}.cu"\n', **cuda_files(program, STRUCTS, called=())}
-        size = sum(thread_bytes(program, "double", texts.pop("structs")).values())
-        yield "runs.cu", texts, (*EXACT, *nvrtc().options_for(size))
+        texts, size = run_texts(program, COLUMN, "double")
+        yield RUNS, texts, (*EXACT, *options_for(size, nvrtc().version))
 
 
 def usage(model: str, function: str = "") -> dict[str, int]:
@@ -193,7 +182,7 @@ def _usage_of_step(model: str) -> dict[str, int]:
         eomgen.generate(described(model), folder, target="cuda")
         status, log = compile_text(Path(folder), "-arch=sm_90", "--ptxas-options=-v", step=True)
     assert status == 0, log
-    part = next(text for text in log.split("Compiling entry function")[1:] if "_step_kernel'" in text)
+    part = next(text for text in log.split("Compiling entry function")[1:] if "'ends'" in text)
     (stack,) = re.findall(r"(\d+) bytes cumulative stack", part)
     (registers,) = re.findall(r"Used (\d+) registers", part)
     return {

@@ -10,7 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import ToolchainError
-from eomgen.products.gpu.nvrtc import compile_cubin, nvrtc
+from eomgen.products.gpu.nvrtc import compile_cubin, nvrtc, options_for
 from eomgen.toolchain.cache import Cache
 from tests.gpu.device_compiler import (
     ELSEWHERE,
@@ -61,9 +61,9 @@ def test_kernels_spill_to_memory_of_the_block_unless_functions_stay_functions(tm
     first = header.index("#if !defined(EG_SPILL_TO_BLOCK)")
     guarded = header[first : header.index("#endif", first)] + "#endif\n"
     kernel = 'extern "C" __global__ void arm_kernel(int *at) { EG_SPILL_TO_BLOCK; *at = 1; }'
-    compiler, texts = nvrtc(), {"arm.cu": guarded + kernel}
-    for size in (1020, 1021):
-        code = compile_cubin(texts, "arm.cu", "sm_90", compiler.options_for(size), cache=Cache(tmp_path))
+    texts, of_calls = {"arm.cu": guarded + kernel}, options_for(1021, nvrtc().version)
+    for options in ((), of_calls):
+        code = compile_cubin(texts, "arm.cu", "sm_90", options, cache=Cache(tmp_path))
         assert code.usage["arm_kernel"].spills == 0
     with pytest.raises(ToolchainError, match="not allowed for per-function compilation"):
-        compile_cubin(texts, "arm.cu", "sm_90", compiler.options_for(1021)[:1], cache=Cache(tmp_path))
+        compile_cubin(texts, "arm.cu", "sm_90", of_calls[:1], cache=Cache(tmp_path))

@@ -6,6 +6,7 @@ import ctypes
 import json
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,9 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.products.ensembles.samples import SampleRunner
-from eomgen.products.gpu.ensembles import DeviceSamples
+from eomgen.products.gpu import ensembles
+from eomgen.products.gpu.ensembles import DeviceSamples, compile_runs
+from eomgen.products.gpu.nvrtc import AS_CALLS
 from tests.examples.covering import covering
 from tests.models.library import scene
 
@@ -216,6 +219,20 @@ def test_a_chunk_has_numbers_for_the_card_alone() -> None:
     assert DeviceSamples.block_size(10**6, 10**8, 301) == 2**13
     assert DeviceSamples.block_size(100, 10**4, 301) == 100
     assert (SampleRunner.device, DeviceSamples.device) == ("cpu", "gpu")
+
+
+@pytest.mark.parametrize(
+    ("description", "method", "options"),
+    [(SWING, "rk4", ()), (EXAMPLES / "four_bar" / "scene.toml", "generalized_alpha", AS_CALLS)],
+)
+def test_functions_stay_functions_in_runs_with_large_states(
+    description: Any, method: str, options: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A thread of the four-bar keeps more bytes than registers hold."""
+    monkeypatch.setattr(ensembles, "nvrtc", lambda: SimpleNamespace(version="13.5"))
+    monkeypatch.setattr(ensembles, "compile_cubin", lambda texts, *_, **__: texts()[1])
+    model = built(description, method)
+    assert compile_runs(model, method, model.library, ["x"], {"x": ("q", 0)}, "sm_90") == options
 
 
 def test_bytes_of_structs_are_as_a_compiler_has_them(tmp_path: Path) -> None:

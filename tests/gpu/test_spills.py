@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from eomgen.products.gpu import nvrtc
-from eomgen.products.gpu.nvrtc import Cubin, Nvrtc, Usage, compile_cubin
+from eomgen.products.gpu.nvrtc import Cubin, Usage, compile_cubin, options_for
 from eomgen.toolchain.cache import Cache
 
 #: A kernel that keeps its spills in memory of the block, with a function whose spills the kernel's own entry takes off.
@@ -87,5 +87,4 @@ def test_options_that_come_with_the_texts_are_of_both_compilations(
 
 @pytest.mark.parametrize(("version", "size", "calls"), [("13.5", 1020, 0), ("13.5", 1021, 1), ("12.9", 1021, 0)])
 def test_functions_stay_functions_if_registers_cannot_hold_their_values(version: str, size: int, calls: int) -> None:
-    options = Nvrtc.options_for(SimpleNamespace(version=version), size)  # type: ignore[arg-type]
-    assert options.count("--Ofast-compile=min") == calls
+    assert options_for(size, version).count("--Ofast-compile=min") == calls

@@ -23,7 +23,7 @@ from eomgen.errors import NumericalError, Problem, ToolchainError
 NAMES = ("nvcuda.dll",) if sys.platform == "win32" else ("libcuda.so.1", "libcuda.so", "/usr/lib/wsl/lib/libcuda.so.1")
 #: Threads of a block: kernels are compiled for 64 at most, and 64, 128 and 256 were equally fast on an H100.
 BLOCK = 64
-_INSTALL = "the driver from nvidia.com/drivers, on a machine with a card of NVIDIA; nvidia-smi shows both"
+_INSTALL = "a card of NVIDIA with its driver from nvidia.com/drivers (nvidia-smi shows both), or the processor"
 _WHERE = "driver of the card"
 #: Status of a call without memory, of a call in a thread with no context or the context of another device, and of a
 #: call that no graph can record.

@@ -20,7 +20,6 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.equations import ENERGIES
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.integrators.stepper_layout import STEPPER_SIZES
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
@@ -28,8 +27,8 @@ from eomgen.products.ensembles.samples import LaneRunner, SampleBlock, SampleRun
 from eomgen.products.ensembles.side_by_side import SideBySide, common_runs, machine_sizes
 from eomgen.products.ensembles.statistics import CENTROIDS, ReducedSamples, are_kept, places_of_centroids
 from eomgen.products.gpu.driver import Device, Function, Memory, Module, driver
-from eomgen.products.gpu.nvrtc import EXACT, Cubin, compile_cubin, nvrtc
-from eomgen.products.gpu.target import CUDA, cuda_files
+from eomgen.products.gpu.nvrtc import EXACT, Cubin, compile_cubin, nvrtc, options_for
+from eomgen.products.gpu.target import CUDA, RUNS, run_texts
 from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Library
 
@@ -41,10 +40,6 @@ _RESIDENT = 2048
 #: Largest violation of constraints, in sizes of the machine, above which a sample is checked alone;
 #: samples fail from 1e-3 on.
 _VIOLATION = 1e-5
-
-
-#: Name of the text for NVRTC.
-_NAME = "runs.cu"
 
 
 class SampleArray(ctypes.Structure):
@@ -369,13 +364,12 @@ def compile_runs(
         program, refusal = exported_program(document, front_end, CUDA, selection.terms, method)
         if refusal:
             raise _refusal(refusal)
-        files = {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, called=())}
-        return files, nvrtc().options_for(size)
+        files, size = run_texts(program, head, library.real)
+        return files, options_for(size, nvrtc().version)
 
     content = library_content(document, front_end, selection, method) + head.encode()
-    size = sum(library.lib.eomgen_stepper_size(STEPPER_SIZES.index(name)) for name in ("state", "workspace"))
     options = (*EXACT, *(["-DEOMGEN_REAL_FLOAT"] if library.real == "float" else []))
-    return compile_cubin(texts, _NAME, architecture, options, content=content)
+    return compile_cubin(texts, RUNS, architecture, options, content=content)
 
 
 def _value(model: CompiledModel, library: Library, group: str, index: int) -> str:

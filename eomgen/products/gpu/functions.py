@@ -163,7 +163,9 @@ class GpuFunctions:
         """
         if self._model.multipliers:
             fault = f"{self._model.name} has constraints: accelerations need a solver, and kernels have none [E2288]"
-            raise ModelError(Problem("gpu", fault, "inverse_dynamics, residual; model.forward_dynamics"))
+            raise ModelError(
+                Problem("gpu", fault, "inverse_dynamics, evaluate('residual', ...), model.forward_dynamics")
+            )
         return self._call("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, **options})[0]
 
     def inverse_dynamics(

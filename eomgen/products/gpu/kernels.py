@@ -14,7 +14,7 @@ from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import exported_program
 from eomgen.products.gpu.driver import Device, Function, Module
-from eomgen.products.gpu.nvrtc import EXACT, LAYOUT, Cubin, compile_cubin, nvrtc
+from eomgen.products.gpu.nvrtc import EXACT, LAYOUT, Cubin, compile_cubin, nvrtc, options_for
 from eomgen.products.gpu.target import CUDA, cuda_files, functions_in_rows, memory_of_functions
 from eomgen.system.terms import Selection
 
@@ -92,7 +92,7 @@ def compile_term(
         in_rows = functions_in_rows(program)
         told = {**interface_layout(program), "in_rows": [item.name for item in in_rows]}
         files = {**cuda_files(program, in_rows=in_rows), LAYOUT: json.dumps(told)}
-        return files, nvrtc().options_for(memory_of_functions(program))
+        return files, options_for(memory_of_functions(program), nvrtc().version)
 
     options = (*(() if fused else EXACT), *((_FLOAT,) if real == "float" else ()))
     every = term.encode() + b"\0" + content

@@ -27,6 +27,10 @@ from eomgen.toolchain.compiler import printable, write_texts
 OPTIONS = ("--std=c++20", "-default-device", "-w", "--ptxas-options=-v")
 #: Products are not fused with sums, so that the bits are equal to the processor's.
 EXACT = ("-fmad=false",)
+#: Functions stay functions, each compiled on its own, without spills to memory of the block. By default NVRTC 13 puts
+#: copies of functions into each other and compiles all together, which takes up to twenty times as long, but lets few
+#: numbers be registers for the whole run. NVRTC 12 has no such option.
+AS_CALLS = ("--Ofast-compile=min", "-DEG_SPILL_TO_BLOCK=")
 #: Headers of C that a text may include: NVRTC has none, and ``eomgen_cuda.h`` has the names that are needed.
 HEADERS = ("float.h", "limits.h", "math.h", "stddef.h", "stdint.h", "stdio.h", "string.h")
 #: Installs NVRTC for this Python.
@@ -175,17 +179,6 @@ class Nvrtc:
         size = Path(path).stat().st_size if Path(path).is_file() else 0
         self.identity = f"{path}|{self.version}|{size}"
 
-    def options_for(self, size: int) -> tuple[str, ...]:
-        """Return the options for a text whose threads keep so many bytes in memory: state and workspace of a stepper,
-        or values that pass from part to part of a function.
-
-        With ``min`` functions stay functions, each compiled on its own, without spills to memory of the block. By
-        default NVRTC puts copies of functions into each other and compiles all together, which takes up to twenty times
-        as long, but lets few numbers be registers for the whole run. NVRTC 12 has no such option.
-        """
-        large = size > 4 * _ALL and int(self.version.partition(".")[0]) >= 13
-        return ("--Ofast-compile=min", "-DEG_SPILL_TO_BLOCK=") * large
-
     def compile(self, texts: Mapping[str, str], name: str, options: Sequence[str]) -> tuple[bytes, str]:
         """Return machine code and log of text ``name``, which includes the other texts. Raises ToolchainError."""
         program, headers = ctypes.c_void_p(), {**dict.fromkeys(HEADERS, ""), **texts}
@@ -220,6 +213,12 @@ class Nvrtc:
 
 def _strings(texts: Sequence[str]) -> Any:
     return (ctypes.c_char_p * len(texts))(*(text.encode() for text in texts))
+
+
+def options_for(size: int, version: str) -> tuple[str, ...]:
+    """Return the options by which NVRTC takes a text whose threads keep so many bytes in memory: a stepper's state and
+    workspace, or values that pass from part to part of a function."""
+    return AS_CALLS * (size > 4 * _ALL and int(version.partition(".")[0]) >= 13)
 
 
 @functools.cache

@@ -18,7 +18,7 @@ from eomgen.codegen.targets.c.target import model_in_one_file
 from eomgen.codegen.targets.target import Target
 from eomgen.products.gpu.driver import BLOCK
 from eomgen.products.gpu.names import CudaNames
-from eomgen.products.gpu.nvrtc import HEADERS
+from eomgen.products.gpu.nvrtc import HEADERS, options_for
 
 #: Live values of a part at most. 255 registers of 32 bits hold about 110 numbers; the rest of 256 threads fits into
 #: the first-level cache.
@@ -32,6 +32,8 @@ OPERATIONS = 92
 NVRTC = ("--std=c++20", "-default-device", "-fmad=false")
 #: The same for a C++ compiler, which makes a library for the host.
 HOST = ("c++", "-x", "c++", "-std=c++20", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
+#: File of the kernel of runs.
+RUNS = "runs.cu"
 #: Template of the structs of a stepper, by file name.
 STRUCTS = {"structs": "c/integrators/common/header.h.jinja"}
 
@@ -95,19 +97,30 @@ def thread_bytes(program: Program, real: str, structs: str) -> dict[str, int]:
     return {name: declarations.sizeof(f"{prefix}_{name}") for name in ("state", "workspace")}
 
 
+def run_texts(program: Program, head: str, real: str) -> tuple[dict[str, str], int]:
+    """Return the kernel for runs, after lines ``head``, with all files that it includes, by name, and the bytes that a
+    thread takes for state and workspace."""
+    files = cuda_files(program, STRUCTS, called=())
+    size = sum(thread_bytes(program, real, files.pop("structs")).values())
+    return {RUNS: f'{head}#include "{program.prefix}.cu"\n', **files}, size
+
+
 def _files(program: Program) -> dict[str, str]:
     """Return the texts of the folder by file name."""
     real = str(program.defaults.get("real", "double"))
     options = ["-DEOMGEN_REAL_FLOAT"] * (real == "float")
-    commands = {"nvrtc": [*NVRTC, *options], "host": " ".join([*HOST, *options, f"{program.prefix}.cu"])}
+    commands = {
+        "nvrtc": [*NVRTC, *options],
+        "nvrtc_13": options_for(memory_of_functions(program), "13"),
+        "host": " ".join([*HOST, *options, f"{program.prefix}.cu", "-o", f"{program.prefix}.so"]),
+    }
     templates = {"README.md": "gpu/README.md.jinja"} | (STRUCTS if program.method else {})
-    known = {"commands": commands, "empty_headers": HEADERS, "in_rows": functions_in_rows(program)}
+    data: dict[str, Any] = {"kernels": _kernels(program), "empty_headers": HEADERS}
+    known = {"commands": commands, "interface": data, "in_rows": functions_in_rows(program)}
     files = cuda_files(program, templates, **known)
-    structs = files.pop("structs", None)
-    kernels: dict[str, object] = {"kernels": _kernels(program), "empty_headers": HEADERS}
-    if structs is not None:
-        kernels["thread_bytes"] = thread_bytes(program, real, structs)
-    return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **commands, **kernels)}
+    if structs := files.pop("structs", None):
+        data["thread_bytes"] = thread_bytes(program, real, structs)
+    return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **commands, **data)}
 
 
 CUDA = Target("cuda", "CUDA C++", NAMES, _files, steppers=True, live_limit=LIVE_LIMIT)
