@@ -15,6 +15,8 @@ from eomgen.products.gpu.arrays import ArrayPackage, Shape, View, merged_stride,
 from eomgen.products.gpu.driver import Module
 from eomgen.products.gpu.kernels import Term
 
+#: Types of arrays by the number type of functions.
+TYPES = {"double": "float64", "float": "float32"}
 #: Numbers of an array in the arguments of a kernel: address, stride of samples, stride of components.
 _WORDS = 3
 
@@ -99,7 +101,9 @@ class Call:
     def _check_numbers(self, block: str, view: View) -> None:
         if view.dtype != self._dtype:
             fault = f"the numbers are {view.dtype}, and the functions are compiled for {self._dtype} [E2282]"
-            raise UsageError(Problem(block, fault, 'eomgen.gpu(model, real="float") for float32'))
+            other = [f'eomgen.gpu(model, real="{real}")' for real, dtype in TYPES.items() if dtype == view.dtype]
+            hint = " or ".join([f"numbers of {self._dtype}", *other])
+            raise UsageError(Problem(block, fault, hint))
         if view.device != self._device:
             where = "in memory of the processor" if view.device < 0 else f"on device {view.device}"
             fault = f"the array is {where}, and the first array on device {self._device} [E2283]"
