@@ -196,7 +196,7 @@ FIELD = cupy_array(np.zeros(3, [("number", "i4"), ("q", "f8", 2)]))["q"]
     ("q", "v", "message"),
     [
         (rows(np.zeros((3, 3))), rows(V), "q: the shape is (3, 3), (..., 2) is needed; try: samples along leading"),
-        (rows(Q), rows(V[:2]), "the leading axes do not broadcast: p (3,), q (3,), v (2,)"),
+        (rows(Q), rows(V[:2]), "the leading axes do not broadcast: parameters (3,), q (3,), v (2,)"),
         (
             rows(Q.astype(np.float32)),
             rows(V),
@@ -223,6 +223,12 @@ def test_refused_models_and_options() -> None:
         eomgen.gpu(model_of(FOUR_BAR)).forward_dynamics(np.zeros(3), np.zeros(3))
     with pytest.raises(UsageError, match=r"mass: there is no argument torque; try: one of t, q, .*, stream"):
         eomgen.gpu(model_of(PENDULUM)).evaluate("mass", np.zeros(2), torque=1.0)
+    for name in ("p", "lam"):  # of the C
+        with pytest.raises(UsageError, match=f"mass: there is no argument {name}; try: one of t, q, .*parameters"):
+            eomgen.gpu(model_of(PENDULUM)).evaluate("mass", np.zeros(2), **{name: np.ones(1)})
+    with pytest.raises(UsageError, match=r"parameters: the shape is \(3,\), \(..., 1\) is needed"):
+        eomgen.gpu(model_of(PENDULUM)).mass(OnCard(np.zeros(2)), parameters=OnCard(np.zeros(3)))
+    assert "stand-in" in repr(eomgen.gpu(model_of(PENDULUM), device=np.int64(0)))  # type: ignore[arg-type]
     with pytest.warns(RuntimeWarning), pytest.raises(UsageError, match="the term masses is not in this model"):
         eomgen.gpu(model_of(PENDULUM)).evaluate("masses", np.zeros(2))
     with pytest.raises(UsageError, match="gpu: a model is needed, not int"):
