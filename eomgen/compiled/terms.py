@@ -388,8 +388,8 @@ class Terms:
         (``formula_inputs``). ``values`` are the blocks t and p. Raises UsageError for unknown names and wrong
         shapes."""
         if u is not None and not isinstance(u, Mapping):
-            if not self.input_names and np.size(u):
-                fault = f"{np.size(u)} number{'s' * (np.size(u) != 1)} cannot be inputs: the scene has none [E0284]"
+            if not self.input_names and (size := numbers("u", u).size):
+                fault = f"{size} number{'s' * (size != 1)} cannot be inputs: the scene has none [E0284]"
                 raise UsageError(Problem("u", fault, WHERE["input"]))
             return components("u", u, len(self.input_names))
         of_scene = self.formula_inputs(values)

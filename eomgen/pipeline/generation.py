@@ -119,8 +119,7 @@ def generate(
         if refusal and method and chosen.steppers:
             raise ModelError(f"{method} cannot run on this scene: {refusal} [E0860]", "another method, or no method")
     else:
-        program = _controller_program(document, front_end, parameters)
-        _check_exported(program)
+        _check_exported(program := _controller_program(document, front_end, parameters))
         program = with_interface(program, front_end.describe(document))
     defaults = {**program.defaults, **asked, "metadata": getattr(document, "metadata", {})}
     program = replace(program, defaults=defaults, uniform=uniform)
@@ -150,7 +149,7 @@ def exported_program(
     Raises
     ------
     UsageError
-        Laws in Python.
+        Laws in Python; terms that the scene does not have.
     """
     from eomgen.pipeline.generated_defaults import with_equilibrium_start, with_interface  # noqa: PLC0415
     from eomgen.pipeline.programs import write_program  # noqa: PLC0415
@@ -199,12 +198,13 @@ def _check_only(only: str | None, target: Target, **others: object) -> None:
 
 
 def _check_exported(program: Program) -> None:
-    """Raise UsageError for laws in Python, which exist in this process alone."""
+    """Raise UsageError for a Program without functions, and for laws in Python, which exist in this process alone."""
+    if not program.functions:
+        raise UsageError(f"{program.prefix} has none of the functions that the terms name [E2465]", "no terms, for all")
     for source in program.sources:
-        if source.python is not None:
-            name = Path(source.python.file).name
-            fault = f"the law is in Python, {source.python.function} in {name}: export needs C [E0548]"
-            raise UsageError(Problem(source.python.label, fault, 'source = "law.c", with the function in C'))
+        if law := source.python:
+            fault = f"the law is in Python, {law.function} in {Path(law.file).name}: export needs C [E0548]"
+            raise UsageError(Problem(law.label, fault, 'source = "law.c", with the function in C'))
 
 
 def _check_scene(document: Any, only: str | None) -> None:

@@ -25,6 +25,7 @@ WITNESSES: dict[str, tuple[str, dict[str, Any]]] = {
     "samples of a controller": ("pi_servo/sampled", {}),
     "curves": ("quarter_car_on_bump/scene", {}),
     "tunable parameters": ("shear_frame_with_pendulum/scene", {}),
+    "series": ("oscillator", {"method": "taylor"}),
     "float": ("double_pendulum", {"real": "float", "method": "rk45"}),
 }
 WHEEL = """format = 1

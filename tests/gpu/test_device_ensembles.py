@@ -133,6 +133,13 @@ def test_examples_have_the_bits_of_the_processor(name: str) -> None:
         np.testing.assert_array_equal(cpu.results[result], gpu.results[result], err_msg=result)
 
 
+@pytest.mark.usefixtures("stand_in")
+def test_tolerances_in_float_are_the_processors() -> None:
+    """Tolerances for double are below the last digits of single precision: steppers raise them."""
+    model = eomgen.build(SWING, method="generalized_alpha", profile="reproducible", real="float")
+    compare(*both(model, 0.2, 0.01, vary=VARY, samples=6, seed=1))
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("stand_in")
 def test_harmonics_of_a_road_have_tables_that_threads_share() -> None:

@@ -188,6 +188,7 @@ def test_a_base_by_the_law_of_the_scene_is_an_array_of_each_caller() -> None:
 
 
 Q, V = np.zeros((3, 2)), np.zeros((3, 2))
+FIELD = cupy_array(np.zeros(3, [("number", "i4"), ("q", "f8", 2)]))["q"]
 
 
 @pytest.mark.usefixtures("stand_in", "cupy")
@@ -195,14 +196,21 @@ Q, V = np.zeros((3, 2)), np.zeros((3, 2))
     ("q", "v", "message"),
     [
         (rows(np.zeros((3, 3))), rows(V), "q: the shape is (3, 3), (..., 2) is needed; try: samples along leading"),
-        (rows(Q), rows(V[:2]), "the leading axes do not broadcast: p (3,), q (3,), v (2,)"),
-        (rows(Q.astype(np.float32)), rows(V), "q: the numbers are float32, and the functions are compiled for float64"),
+        (rows(Q), rows(V[:2]), "the leading axes do not broadcast: parameters (3,), q (3,), v (2,)"),
+        (
+            rows(Q.astype(np.float32)),
+            rows(V),
+            "q: the numbers are float32, and the functions are compiled for float64; try: numbers of float64 or"
+            ' eomgen.gpu(model, real="float")',
+        ),
+        (rows(Q.astype(int)), rows(V), "functions are compiled for float64; try: numbers of float64"),
+        (FIELD, rows(V), "strides: the strides (20, 8) are not multiples of the 8 bytes of a number; try: a"),
         (rows(Q), OnCard(V, 1), "v: the array is on device 1, and the first array on device 0; try: all arrays on"),
         (rows(Q), OnCard(V, -1), "v: the array is in memory of the processor, and the first array on device 0"),
         (rows(Q), None, "v: the term forward_dynamics needs v; try: v=..."),
         (rows(Q), "fast", "v: an array of real numbers is needed, not str"),
     ],
-    ids=["shape", "axes", "type", "device", "processor", "missing", "word"],
+    ids=["shape", "axes", "type", "whole numbers", "field", "device", "processor", "missing", "word"],
 )
 def test_refused_arrays(q: Any, v: Any, message: str) -> None:
     with pytest.raises(UsageError, match=re.escape(message)):
@@ -215,6 +223,12 @@ def test_refused_models_and_options() -> None:
         eomgen.gpu(model_of(FOUR_BAR)).forward_dynamics(np.zeros(3), np.zeros(3))
     with pytest.raises(UsageError, match=r"mass: there is no argument torque; try: one of t, q, .*, stream"):
         eomgen.gpu(model_of(PENDULUM)).evaluate("mass", np.zeros(2), torque=1.0)
+    for name in ("p", "lam"):  # of the C
+        with pytest.raises(UsageError, match=f"mass: there is no argument {name}; try: one of t, q, .*parameters"):
+            eomgen.gpu(model_of(PENDULUM)).evaluate("mass", np.zeros(2), **{name: np.ones(1)})
+    with pytest.raises(UsageError, match=r"parameters: the shape is \(3,\), \(..., 1\) is needed"):
+        eomgen.gpu(model_of(PENDULUM)).mass(OnCard(np.zeros(2)), parameters=OnCard(np.zeros(3)))
+    assert "stand-in" in repr(eomgen.gpu(model_of(PENDULUM), device=np.int64(0)))  # type: ignore[arg-type]
     with pytest.warns(RuntimeWarning), pytest.raises(UsageError, match="the term masses is not in this model"):
         eomgen.gpu(model_of(PENDULUM)).evaluate("masses", np.zeros(2))
     with pytest.raises(UsageError, match="gpu: a model is needed, not int"):
@@ -410,10 +424,16 @@ def test_registers_stack_and_spills_of_the_log() -> None:
     }
 
 
-@pytest.mark.usefixtures("stand_in")
+@pytest.mark.usefixtures("stand_in", "cupy")
 def test_inputs_and_states_that_a_scene_lacks_are_refused_as_by_the_processor() -> None:
     model = model_of(PENDULUM)
     functions, q = eomgen.gpu(model), np.zeros((3, 2))
+    for given in ({"u": [[1.0], [1.0, 2.0]]}, {"z": "fast"}):
+        with pytest.raises(UsageError) as of_processor:
+            model.forward_dynamics(q, q, **given)
+        with pytest.raises(UsageError) as of_card:
+            functions.forward_dynamics(cupy_array(q), cupy_array(q), **given)
+        assert str(of_card.value) == str(of_processor.value)
     for given in ({"u": np.ones((3, 1))}, {"z": np.ones((3, 1))}):
         with pytest.raises(UsageError) as of_processor:
             model.forward_dynamics(q, q, **given)

@@ -45,3 +45,11 @@ def test_a_law_in_python_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     described = scene("arm", laws={"hill": law}, outputs={"height": {"formula": "law.hill.height(q.elbow)"}})
     with pytest.raises(eomgen.UsageError, match=r"the law is in Python, hill in law\.py: export needs C"):
         eomgen.generate(described, tmp_path / "model", target="cuda")
+
+
+@pytest.mark.parametrize("target", ["c", "cuda", "casadi"])
+def test_terms_that_a_scene_lacks_are_refused(target: str, tmp_path: Path) -> None:
+    told = "four_bar has none of the functions that the terms name; try: no terms, for all"
+    with pytest.raises(eomgen.UsageError, match=told):
+        eomgen.generate(scene("four_bar/scene"), tmp_path / "model", ["forward_dynamics"], target=target)
+    assert not (tmp_path / "model").exists()

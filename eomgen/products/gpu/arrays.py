@@ -58,7 +58,7 @@ class ArrayPackage:
         interface = array.__cuda_array_interface__
         number = np.dtype(interface["typestr"])
         shape, strides = tuple(interface["shape"]), interface.get("strides")
-        strides = contiguous(shape) if strides is None else tuple(stride // number.itemsize for stride in strides)
+        strides = contiguous(shape) if strides is None else _in_numbers(strides, number.itemsize)
         return View(interface["data"][0], shape, strides, number.name if number.isnative else number.str, 0)
 
     def stream(self, device: int) -> int:
@@ -156,7 +156,7 @@ class CupyArrays(ArrayPackage):
         return array.shape, array.strides, array.dtype.num, array.device.id
 
     def view(self, array: Any) -> View:
-        strides = tuple(stride // array.itemsize for stride in array.strides)
+        strides = _in_numbers(array.strides, array.itemsize)
         return View(array.data.ptr, array.shape, strides, array.dtype.name, array.device.id)
 
     def stream(self, device: int) -> int:
@@ -212,6 +212,15 @@ def package_of(array: Any) -> ArrayPackage | None:
 @functools.cache
 def _reader(name: str) -> ArrayPackage:
     return _PACKAGES.get(name, ArrayPackage)()
+
+
+def _in_numbers(strides: Sequence[int], size: int) -> Shape:
+    """Return strides in numbers of some bytes. Raises UsageError if numbers do not lie at whole distances, as in a
+    field of a structured array."""
+    if any(stride % size for stride in strides):
+        fault = f"the strides {tuple(strides)} are not multiples of the {size} bytes of a number [E2466]"
+        raise UsageError(Problem("strides", fault, "a contiguous copy of the array"))
+    return tuple(stride // size for stride in strides)
 
 
 def contiguous(shape: Shape) -> Shape:

@@ -15,6 +15,10 @@ from eomgen.products.gpu.arrays import ArrayPackage, Shape, View, merged_stride,
 from eomgen.products.gpu.driver import Module
 from eomgen.products.gpu.kernels import Term
 
+#: Names of arguments by block, if these differ.
+ARGUMENTS = {"p": "parameters", "lam": "multipliers"}
+#: Types of arrays by the number type of functions.
+TYPES = {"double": "float64", "float": "float32"}
 #: Numbers of an array in the arguments of a kernel: address, stride of samples, stride of components.
 _WORDS = 3
 
@@ -45,13 +49,14 @@ class Call:
     ) -> None:
         """Check forms, types and places of the arrays. Raises UsageError."""
         self._package, self._dtype, self._device = package, dtype, module.device.index
+        names = [ARGUMENTS.get(block, block) for block in term.blocks]
         readers = [None if value is None else package_of(value) or package for value in values]
         views = [
-            None if reader is None else self._check_argument(block, size, reader.view(value))
-            for block, size, reader, value in zip(term.blocks, term.sizes, readers, values, strict=True)
+            None if reader is None else self._check_argument(name, size, reader.view(value))
+            for name, size, reader, value in zip(names, term.sizes, readers, values, strict=True)
         ]
-        given = zip(term.blocks, views, strict=True)
-        shape = _leading_axes(term, {block: view.shape[:-1] for block, view in given if view is not None})
+        given = zip(names, views, strict=True)
+        shape = _leading_axes(term, {name: view.shape[:-1] for name, view in given if view is not None})
         self._count, arrays = math.prod(shape), len(values) + len(term.names)
         self._words = (ctypes.c_longlong * (_WORDS * arrays + 1))(*[0] * _WORDS * arrays, self._count)
         first, size = ctypes.addressof(self._words), ctypes.sizeof(ctypes.c_longlong)
@@ -85,25 +90,27 @@ class Call:
         self._start(package.stream(self._device) if stream is None else stream)
         return results
 
-    def _check_argument(self, block: str, size: int, view: View) -> View:
+    def _check_argument(self, name: str, size: int, view: View) -> View:
         """Return the view of an argument, with an axis of components also of t. Raises UsageError for other numbers,
         places and shapes."""
-        if block == "t":
+        if name == "t":
             view = view._replace(shape=(*view.shape, 1), strides=(*view.strides, 1))
         if not view.shape or view.shape[-1] != size:
             fault = f"the shape is {view.shape}, (..., {size}) is needed [E2281]"
-            raise UsageError(Problem(block, fault, "samples along leading axes"))
-        self._check_numbers(block, view)
+            raise UsageError(Problem(name, fault, "samples along leading axes"))
+        self._check_numbers(name, view)
         return view
 
-    def _check_numbers(self, block: str, view: View) -> None:
+    def _check_numbers(self, name: str, view: View) -> None:
         if view.dtype != self._dtype:
             fault = f"the numbers are {view.dtype}, and the functions are compiled for {self._dtype} [E2282]"
-            raise UsageError(Problem(block, fault, 'eomgen.gpu(model, real="float") for float32'))
+            other = [f'eomgen.gpu(model, real="{real}")' for real, dtype in TYPES.items() if dtype == view.dtype]
+            hint = " or ".join([f"numbers of {self._dtype}", *other])
+            raise UsageError(Problem(name, fault, hint))
         if view.device != self._device:
             where = "in memory of the processor" if view.device < 0 else f"on device {view.device}"
             fault = f"the array is {where}, and the first array on device {self._device} [E2283]"
-            raise UsageError(Problem(block, fault, "all arrays on one device"))
+            raise UsageError(Problem(name, fault, "all arrays on one device"))
 
     def _add_input(self, k: int, reader: ArrayPackage, view: View, shape: Shape, *, with_components: bool) -> None:
         """Add an argument, which is copied at each call if the samples are not equally spaced."""

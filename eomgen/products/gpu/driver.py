@@ -99,10 +99,10 @@ class Driver:
 
     def device(self, index: int = 0) -> Device:
         """Return a device by number. Raises ToolchainError for a number that no device has."""
-        if not isinstance(index, int) or not 0 <= index < self.count:
+        if not isinstance(index, int | np.integer) or not 0 <= index < self.count:
             fault = f"there is no device {index!r} among {self.count} [E2294]"
             raise ToolchainError(Problem(_WHERE, fault, f"device 0 to {self.count - 1}"))
-        return self._devices.get(index) or self._devices.setdefault(index, Device(self, index))
+        return self._devices.get(index) or self._devices.setdefault(int(index), Device(self, int(index)))
 
 
 def arguments_of(values: Sequence[Any]) -> Any:

@@ -16,7 +16,7 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.pipeline.pipeline import build
 from eomgen.pipeline.requests import check_real
 from eomgen.products.gpu.arrays import ArrayPackage, CopiedArrays, package_of
-from eomgen.products.gpu.calls import Call
+from eomgen.products.gpu.calls import ARGUMENTS, TYPES, Call
 from eomgen.products.gpu.driver import Device, Memory, Module, driver
 from eomgen.products.gpu.kernels import Term, load_kernel
 from eomgen.system.system import INPUT_BLOCKS
@@ -29,11 +29,8 @@ if TYPE_CHECKING:
 Array = Any
 #: Prepared calls that are kept, of all threads.
 _KEPT = 1000
-#: Names of arguments that are not the name of their block.
-_BLOCKS = {"parameters": "p", "multipliers": "lam"}
-_KNOWN = frozenset(INPUT_BLOCKS)
-_NAMES = (*(block for block in INPUT_BLOCKS if block not in _BLOCKS.values()), *_BLOCKS, "out", "stream")
-_TYPES = {"double": "float64", "float": "float32"}
+_NAMES = (*(block for block in INPUT_BLOCKS if block not in ARGUMENTS), *ARGUMENTS.values(), "out", "stream")
+_KNOWN = frozenset(_NAMES)
 
 
 class Options(TypedDict, total=False):
@@ -117,7 +114,7 @@ class GpuFunctions:
             raise ModelError(Problem("gpu", fault, "the laws in C, [laws] source"))
         self._model, self._real, self._fused = model, real, fused
         self._device = driver().device(device)
-        self._type = np.dtype(_TYPES[real])
+        self._type = np.dtype(TYPES[real])
         self._lacking = [block for block, size in (("u", model.nu), ("z", model.nz)) if not size]
         self._terms: dict[str, Term] = {}
         self._calls: dict[tuple[Hashable, ...], Call] = {}
@@ -279,15 +276,16 @@ class GpuFunctions:
         if stream is not None and not isinstance(stream, int):
             fault = f"the handle of a stream is needed, not {type(stream).__name__} [E2305]"
             raise UsageError(Problem("stream", fault, "stream.ptr of CuPy, stream.cuda_stream of PyTorch"))
-        for name, block in _BLOCKS.items():
-            if name in given:
-                given[block] = given.pop(name)
         if not given.keys() <= _KNOWN:
             fault = f"there is no argument {min(given.keys() - _KNOWN)} [E2293]"
             raise UsageError(Problem(term, fault, f"one of {', '.join(_NAMES)}"))
+        for block, name in ARGUMENTS.items():
+            if name in given:
+                given[block] = given.pop(name)
         for block in self._lacking:
-            if given.get(block) is not None:  # refused as by the processor, unless it is empty
-                self._numbers(block, np.zeros(np.shape(given[block])), {})
+            if (value := given.get(block)) is not None:  # refused as by the processor, unless it is empty
+                reader = package_of(value)
+                self._numbers(block, value if reader is None else np.zeros(reader.view(value).shape), {})
         for value in given.values():
             if (package := package_of(value)) is not None:
                 return self._launch(term, given, package, value, out, stream)

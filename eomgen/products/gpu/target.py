@@ -6,6 +6,7 @@ same text for the host, with the same bits if products are not fused with sums.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
@@ -36,6 +37,8 @@ HOST = ("c++", "-x", "c++", "-std=c++20", "-O2", "-ffp-contract=off", "-shared",
 RUNS = "runs.cu"
 #: Template of the structs of a stepper, by file name.
 STRUCTS = {"structs": "c/integrators/common/header.h.jinja"}
+#: Members of a struct for lanes, and for all other numbers: cffi knows no conditions.
+_OF_LANES = re.compile(r"#ifdef EOMGEN_IN_LANES\n.*?#else\n(.*?)#endif\n", re.DOTALL)
 
 
 def functions_in_rows(program: Program) -> list[ProgramFunction]:
@@ -92,7 +95,8 @@ def thread_bytes(program: Program, real: str, structs: str) -> dict[str, int]:
     declarations.cdef(
         f"typedef {real} eomgen_real;"
         f"typedef struct {{ {f'eomgen_real all[{p}]' if p else 'char none'}; }} {prefix}_parameters;"
-        f"typedef struct {{ eomgen_real all[{program.sizes['base'] or 1}]; }} {prefix}_base_state;{structs}"
+        f"typedef struct {{ eomgen_real all[{program.sizes['base'] or 1}]; }} {prefix}_base_state;"
+        + _OF_LANES.sub(r"\1", structs)
     )
     return {name: declarations.sizeof(f"{prefix}_{name}") for name in ("state", "workspace")}
 
