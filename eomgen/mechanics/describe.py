@@ -116,6 +116,7 @@ def describe(scene: Scene) -> Description:
         drawing=_drawing(scene),
         starts=tuple(joint.start for joint in scene.leading_joints if joint.start is not None),
         simulation=scene.simulation,
+        notes=tuple(note for note in scene.notes if not note.startswith("shapes.")),
         places={key: location for key, location in scene.source.items() if key.startswith("simulation")},
     )
 
