@@ -108,15 +108,15 @@ def _check_empty(target: Path) -> None:
 
 
 def _say_next(folder: Path, files: Iterable[str]) -> None:
-    """Say the next commands on stderr after ``files`` were written to a folder: the copy of an example that a scene
-    includes from the folder above, and the run of the first scene with a [simulation], else the first program;
-    silent without either."""
-    texts = {file: (folder / file).read_text(encoding="utf-8") for file in files if file.endswith(own_endings())}
+    """Say the next commands on stderr after ``files`` were written to a folder: the copy of an example whose files a
+    scene or a program takes from the folder above, and the run of the first scene with a [simulation], else the first
+    program; silent without either."""
+    texts = {file: (folder / file).read_text(encoding="utf-8") for file in files}
     every = "".join(texts.values()).replace("../../", "../")
-    for name in (name for name in example_names() if f'file = "../{name}/' in every):
+    for name in (name for name in example_names() if f'file = "../{name}/' in every or f'.parent / "{name}"' in every):
         if not (folder.parent / name).exists():
             say(f"next: eomgen examples {name} --out {shlex.quote(str(folder.parent))}")
-    scenes = [file for file, text in texts.items() if "[simulation]" in text]
+    scenes = [file for file, text in texts.items() if file.endswith(own_endings()) and "[simulation]" in text]
     if scenes:
         scene, out = (shlex.quote(str(folder / name)) for name in (scenes[0], "out"))
         say(f"next: eomgen simulate {scene} --out {out}")

@@ -87,15 +87,16 @@ def generate(
     compiles the folder, and names and units of parameters, inputs, states and outputs.
     """
     from eomgen.pipeline import documents, generation  # noqa: PLC0415  # SymPy comes with it
-    from eomgen.scene.scene import Scene  # noqa: PLC0415
+    from eomgen.pipeline.front_end import other_document  # noqa: PLC0415
 
     if len(targets) > 1:
         raise UsageError(Problem("--target", f"{listed(targets)} have a folder each [E2250]", "a call for each"))
     (target,) = targets
     _check_machines(machines, target)
-    described = documents.load(scene, **reading)
+    other = other_document(scene, reading)
+    described = documents.load_scene(scene, **reading) if other is None else other[1]
     values: Mapping[str, float | str] = assignments("--set", parameters)
-    if isinstance(described, Scene):
+    if other is None:
         say_notes(described)
         check_assigned(described, values, {}, robot=takes(Path(scene), "tunable"))
         values = in_units("--set", values, described.parameters)
@@ -103,14 +104,14 @@ def generate(
         described, folder, terms, method, target=target, real=real, parameters=values, only=only, uniform=uniform
     )
     if machines:
-        whole = only is None and target == "c" and isinstance(described, Scene)
+        whole = only is None and target == "c" and other is None
         step = _work_of_step(described, method) if whole else {}
         _print_machines(Path(folder), machines, step, [str(file) for file in files], as_json=as_json)
     elif as_json:
         print_json([str(file) for file in files])
     else:
         click.echo("\n".join(map(str, files)))
-    stepped = any(file.name.endswith("_step.c") for file in files) and isinstance(described, Scene)
+    stepped = any(file.name.endswith("_step.c") for file in files) and other is None
     steps = stand_in(described, method) if stepped else ""
     say(f"{counted(len(files), 'file')}{steps}; README.md there says how to compile them")
 

@@ -88,6 +88,7 @@ def _scene_lengths(scene: Scene) -> Iterator[Formula]:
 
 def describe(scene: Scene) -> Description:
     """Return the description of a scene: all data of its model besides equations, such as units, limits and drawing."""
+    beams = [item.beam for item in scene.elements if isinstance(item, CosseratBeam)]
     return Description(
         name=scene.name,
         description=scene.description,
@@ -106,26 +107,24 @@ def describe(scene: Scene) -> Description:
         requirements=scene.requirements,
         lengths=tuple(_lengths(scene)),
         gravity=scene.gravity,
-        exact_beams=tuple(item.beam.nodes for item in scene.elements if isinstance(item, CosseratBeam)),
-        element_stiffness=tuple(
-            _element_stiffness(item.beam) for item in scene.elements if isinstance(item, CosseratBeam)
-        ),
+        exact_beams=tuple(beam.nodes for beam in beams),
+        element_stiffness=tuple(map(_element_stiffness, beams)),
         frames=scene.frames,
         contacts=tuple(_contacts(scene)),
         linear_parameters=linear_parameters(scene),
         drawing=_drawing(scene),
         starts=tuple(joint.start for joint in scene.leading_joints if joint.start is not None),
         simulation=scene.simulation,
+        notes=tuple(note for note in scene.notes if not note.startswith("shapes.")),
         places={key: location for key, location in scene.source.items() if key.startswith("simulation")},
     )
 
 
 def _element_stiffness(beam: Cosserat) -> ElementStiffness:
     lengths = tuple(float(part.length) for part in beam.parts)
-    twists = tuple(part.twist for part in beam.parts)
     compliance = tuple(() if part.moments is None else part.moments.compliance for part in beam.parts)
     stiffness = tuple(part.section.stiffness for part in beam.parts)
-    return ElementStiffness(beam.nodes, lengths, stiffness, twists, compliance)
+    return ElementStiffness(beam.nodes, lengths, stiffness, tuple(part.twist for part in beam.parts), compliance)
 
 
 def base_disturbances(scene: Scene) -> tuple[str, ...]:

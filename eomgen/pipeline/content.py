@@ -22,20 +22,19 @@ def fingerprint(document: Document, front_end: FrontEnd) -> str:
 
 
 def library_content(document: Document, front_end: FrontEnd, selection: Selection, method: str) -> bytes:
-    """Return the bytes that decide the key of a library in the cache: document, front end, terms, method, version and
-    code. Flags and compiler are not among these, and no equations are derived. Raises UsageError without a digest."""
+    """Return the bytes that decide the key of a library in the cache: document, notes of reading the document, which
+    the library keeps, front end, terms, method, version and code. Flags and compiler are not among these, and no
+    equations are derived. Raises UsageError without a digest."""
     from eomgen.integrators.families.register import stamp_of  # noqa: PLC0415
 
     content = front_end.content(document)
     if not content:
-        kind = type(document).__name__
-        raise UsageError(
-            f"this {kind} was made by hand, without a digest of its content [E0522]",
-            "eomgen.SceneBuilder or eomgen.load",
-        )
+        fault = f"this {type(document).__name__} was made by hand, without a digest of its content [E0522]"
+        raise UsageError(fault, "eomgen.SceneBuilder or eomgen.load")
     options = {
         **vars(selection),
         "method": method,
+        "notes": front_end.describe(document).notes,
         "front_end": [front_end.name, _stamp(front_end)],
         "version": __version__,
         "code": checkout_stamp(),

@@ -516,6 +516,7 @@ class Description:
     contacts : surfaces on which bodies roll or slide, and equations between two frames, by the constraint's name
     linear_parameters : columns of the regressor, if the scene has one
     places : places of the keys of ``simulation``, for messages: ``file:line`` by ``simulation.method``
+    notes : of reading the scene, shapes excepted
     """
 
     name: str
@@ -544,6 +545,7 @@ class Description:
     simulation: Simulation = field(default_factory=Simulation)
     places: Mapping[str, str] = field(default_factory=dict)
     starts: tuple[WrittenStart, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def fixed(self) -> dict[str, float]:

@@ -637,8 +637,8 @@ class System(NamedAttributes):
         return to_latex(self.tape, block.refs, block.shape, name=name, names=self.symbol_names, shortest=shortest)
 
     def _block(self, call: str, term: str) -> Block:
-        if term not in self.functions:
-            hint = f'eomgen.derive(scene, terms=[..., "{term}"])' if term in TERMS else nearest_term(str(term))
+        if (term := str(term)) not in self.functions:
+            hint = f'eomgen.derive(scene, terms=[..., "{term}"])' if term in TERMS else nearest_term(term)
             fault = f"the term {term} is not in this System, which was derived with {', '.join(self.functions)} [E2097]"
             raise UsageError(Problem(call, fault, hint))
         return self.functions[term].outputs[0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import runpy
 from pathlib import Path
 
 import pytest
@@ -117,6 +118,20 @@ def test_the_next_commands_run_as_they_stand(
             assert main(arguments) == 0
         elif verb == "eomgen":
             assert eomgen.load(arguments[1]).simulation.duration is not None
+
+
+@pytest.mark.parametrize(
+    ("name", "other"), [("identified_arm", "robot_arm"), ("identified_quarter_car", "quarter_car")]
+)
+def test_a_program_that_reads_a_scene_of_another_example_says_so(
+    name: str, other: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "mine/copy", "--example", name]) == 0
+    told = f"next: eomgen examples {other} --out mine\nnext: python mine/copy/demo.py\n"
+    assert capsys.readouterr().err == told
+    assert main(["examples", other, "--out", "mine"]) == 0
+    assert runpy.run_path("mine/copy/demo.py")["scene"]()["name"] == name
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

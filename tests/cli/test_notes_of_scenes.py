@@ -28,7 +28,11 @@ _RUN = ("--t-end", "0.01", "--step", "1e-3")
     ids=lambda arguments: arguments[0],
 )
 def test_every_verb_prints_the_notes_of_its_scene(
-    arguments: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    arguments: tuple[str, ...],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("scene.toml").write_text(PENDULUM_TOML + _UNUSED, encoding="utf-8")
@@ -37,6 +41,7 @@ def test_every_verb_prints_the_notes_of_its_scene(
     told = capsys.readouterr()
     assert code == 0, told.err
     assert told.err.count("note: the parameter unused changes nothing: no formula mentions it") == 1
+    assert "changes nothing" not in caplog.text  # which goes to stderr in a process without logging
 
 
 def test_generate_says_which_method_it_takes_for_auto(

@@ -156,3 +156,23 @@ def test_constraints_on_positions_and_on_velocities_alone() -> None:
     by = ["mass", "length", "damping", "q.a", "v.c[1]"]
     near: dict[str, Any] = {"apart": 1e-5, "tolerance": 1e-8}
     check(mixed, "rk4_partitioned", by, {"q": start.q, "v": start.v}, **near)
+
+
+@pytest.mark.parametrize("method", ["rk4", "rattlie", "trapezoidal"])
+def test_events_that_only_record_change_no_derivatives(method: str) -> None:
+    """Calls of the stepper end early when half of the log of events is full."""
+
+    def driven() -> SceneBuilder:
+        return controlled().input("push").effort("drive", "a", "push")
+
+    watched = driven()
+    for number in range(8):
+        watched.event(f"wave{number}", when=f"sin(250*t + {number})", action=("record", "count")[number % 2])
+    options: dict[str, Any] = {"by": OF_CONTROL, "method": method, "inputs": {"push": np.linspace(-1.0, 2.0, 25)}}
+    found, plain = (
+        eomgen.build(builder.build(), profile="instant").sensitivities(24 * STEP, STEP, **options)
+        for builder in (watched, driven())
+    )
+    np.testing.assert_allclose(found.outputs["y"], plain.outputs["y"], rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(found.derivatives["y"], plain.derivatives["y"], rtol=1e-11, atol=1e-12)
+    assert np.max(np.abs(plain.derivatives["y"])) > 0.1

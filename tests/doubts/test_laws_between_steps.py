@@ -4,6 +4,7 @@ error. References: SciPy's DOP853 in small steps on equations typed here."""
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from functools import cache
 from itertools import pairwise
@@ -300,6 +301,21 @@ def test_a_barrier_of_any_width_is_seen_by_any_name_of_the_place(argument: str) 
         run = model.simulate(2.0, 0.1, method="rk4", parameters={"width": width})
         wrong = abs(float(run.q[-1, 0]) - 0.73 - after * (2.0 - 0.73 / 1.3)) > 0.1
         assert wrong == ("unseen_law" in outcome(run)), (width, run.q[-1], run.message)
+
+
+@pytest.mark.parametrize(
+    ("law", "gravity", "speed", "step"),
+    [("exp(-4000 * q.rail)", -9.81, 1.0, 0.05), ("exp(-4000 * q.rail) - exp(4000 * (q.rail - 1))", 0.0, 3.0, 0.01)],
+)
+def test_forces_that_overflow_between_the_steps_give_no_warning_of_numpy(
+    law: str, gravity: float, speed: float, step: float
+) -> None:
+    builder = eomgen.SceneBuilder("wall", gravity=[gravity, 0, 0]).body("cart", 1.0)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"position": 0.5, "velocity": -speed})
+    model = eomgen.build(builder.effort("wall", "rail", law).build(), profile="instant")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert model.simulate(1.5, step, method="rk45").success
 
 
 @pytest.mark.slow

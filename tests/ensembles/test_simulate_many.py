@@ -39,6 +39,13 @@ def place(values: dict[str, np.ndarray], t: np.ndarray) -> np.ndarray:
     return q + v * t + 0.5 * push / mass * t**2
 
 
+def test_the_message_has_the_most_frequent_reason_of_failures(cart: eomgen.Model) -> None:
+    """Reasons that differ in numbers alone count together."""
+    found = cart.simulate_many(table={"mass": [1.0, 0.0, -2.0, -3.0]})
+    cause = "cart.toml:10 (bodies.cart.mass): the mass -2 is negative at mass = -2"
+    assert f"3 of which failed (2 as sample 2: {cause})" in found.message
+
+
 def test_the_ranking_of_a_result_has_the_error_of_its_column(cart: eomgen.Model) -> None:
     """The place at the end is q + 2 v + 1: variances 0.09 and 4/12."""
     vary = {"q.rail": "normal(0, 0.3)", "v.rail": "uniform(-0.5, 0.5)"}
@@ -312,7 +319,8 @@ def test_a_failed_sample_is_kept_with_its_reason(
     (failed,) = found.failed
     assert failed.number == 1 and failed.values == {"mass": -1.0, "push": 2.0}
     assert failed.reason.startswith("cart.toml:10 (bodies.cart.mass): the mass -1 is negative")
-    assert "4 samples, 1 of which failed" in found.message
+    told = "4 samples, 1 of which failed (1 as sample 1: cart.toml:10 (bodies.cart.mass): the mass -1 is negative"
+    assert told in found.message
     np.testing.assert_allclose(found.mean("place")[-1], 7.0 / 3.0, atol=1e-10)
     assert np.isnan(found.results["output.place.final"][1])
     files = found.save(tmp_path / "files")

@@ -125,10 +125,11 @@ def test_motions_from_outside_move_mocap_bodies(file: Path) -> None:
 def test_sensors_are_outputs_with_mujoco_s_values(file: Path) -> None:
     acts = '<motor name="m" tendon="r" gear="2"/><position name="n" joint="a" kp="3"/>'
     body = '><site name="p" pos="0.1 0.1 0.05"/><geom name="o" size="0.06"/><site name="away" pos="0 0 0.3"/'
+    body += '><site name="s_x"/'
     file.write_text(arm(body=body, rest=_PATH + actuators(acts) + SENSORS), encoding="utf-8")
     imported = Imported.of(file, terms=("outputs",))
     sensors = imported.sensors()
-    assert len(sensors) == 20
+    assert len(sensors) == 21
     for name, (values, theirs) in sensors.items():
         np.testing.assert_allclose(values, theirs, rtol=1e-12, atol=1e-12, err_msg=name)
     assert any(note.startswith("not modelled: sensors (2: absent, late)") for note in imported.scene.notes)

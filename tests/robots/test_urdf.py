@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
 
+import eomgen
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
@@ -146,3 +149,13 @@ def test_refusals(old: str, new: str, message: str) -> None:
 def test_other_roots_of_the_document() -> None:
     assert refusals("<mujoco/>") == ["arm.urdf:1: the outermost element is 'mujoco', not 'robot'; try: a URDF file"]
     assert refusals("<robot/>")[0].startswith("arm.urdf:1: the robot has no link")
+
+
+def test_notes_of_a_model_are_of_the_present_text(tmp_path: Path) -> None:
+    """All texts have the same equations, so the library of the first one is in the cache."""
+    file, digests = tmp_path / "arm.urdf", set()
+    for part, count in (("<gazebo/>", 1), ("", 0), ("<gazebo/>", 1)):
+        file.write_text(ARM.replace("</robot>", f"{part}</robot>"), encoding="utf-8")
+        digests.add(load(file).digest)
+        assert sum("<gazebo>" in note for note in eomgen.build(file, profile="instant").notes) == count
+    assert len(digests) == 1

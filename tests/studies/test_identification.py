@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -305,6 +306,11 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         (["stiffness"], {"states": ["q.slid"]}, "states: there is no component 'q.slid' of the initial state"),
         (["stiffness"], {"bounds": {"stiffness": (40.0, 20.0)}}, "bounds of stiffness: 40 is not below 20"),
         (["stiffness"], {"bounds": {"stiffness": 40.0}}, "bounds of stiffness: 40.0 are not two numbers"),
+        (
+            ["stiffness"],
+            {"bounds": {"stiffness": (math.nan, 5e3)}},
+            "(nan, 5000.0) are not two numbers; try: (0.1, 10.0)",
+        ),
         (["stiffness"], {"bounds": {"stiffness": (26.0, 40.0)}}, "another start within them, by values= (--set)"),
         (["stiffness"], {"bounds": [(1.0, 2.0)]}, "bounds: bounds by name are needed, not [(1.0, 2.0)]"),
         (["stiffness"], {"deviations": {"x": np.ones(2)}}, "deviations of x: a number is needed, not ndarray"),

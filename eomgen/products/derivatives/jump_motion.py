@@ -67,6 +67,12 @@ class JumpSegment(RunSegment):
     cut: Mapping[int, Sequence[StepPart]]
 
 
+def acting_events(layout: Mapping[str, Any]) -> Sequence[int]:
+    """Return for each event of a stepper's layout whether the event changes the motion; others are recorded alone."""
+    acts: Sequence[int] = layout["method"].get("events", {}).get("flags", {}).get("acts", ())
+    return acts
+
+
 class JumpMotion(ReplayedRun):
     """A run whose state jumps at samples or events, stepped again in parts with the jumps recorded."""
 
@@ -144,12 +150,12 @@ class JumpMotion(ReplayedRun):
         stepper, run, done = self.stepper, self.run, 0
         stepper.settings[list(run.settings).index("step")] = size
         record = np.empty((count, stepper.sizes["row"]))
-        kinds = [row["action"] for row in stepper.layout["method"].get("events", {}).get("rows", [])]
+        acts = acting_events(stepper.layout)
         events: list[Any] = []
         while done < count:
             inputs = None if table is None else np.ascontiguousarray(table[done:])
             status, taken = stepper.run(count - done, 1, inputs, record[done:])
-            acting = [entry for entry in stepper.new_events if kinds[int(entry["event"])] != "record"]
+            acting = [entry for entry in stepper.new_events if acts[int(entry["event"])]]
             events += acting
             if status == STOPPED.number:
                 name = stepper.layout["method"]["events"]["rows"][int(acting[-1]["event"])]["name"]

@@ -23,7 +23,7 @@ from eomgen.integrators.families.register import Method, method_named
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.crossings import check_crossings
 from eomgen.products.derivatives.functionals import consecutive
-from eomgen.products.derivatives.jump_motion import JumpMotion
+from eomgen.products.derivatives.jump_motion import JumpMotion, acting_events
 from eomgen.products.derivatives.jump_run import JumpRun
 from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearRun, Start
 from eomgen.products.derivatives.motion import ReplayedRun
@@ -160,7 +160,7 @@ def sensitivities(
     start = _start(run, initial, state, parameter_names, at_rest=request.at_rest)
     rows = [row for places in outputs.values() for row in places]
     stepper = Stepper(chosen.library, run.settings, run.parameters)
-    jumps = stepper.layout["sampled"] or "events" in stepper.layout["method"]
+    jumps = stepper.layout["sampled"] or any(acting_events(stepper.layout))
     motion: type[ReplayedRun] = ReplayedRun
     linear_run: Callable[..., LinearRun[Any]] = TransitionRun
     if isinstance(linear_step, LinearStep):
@@ -325,9 +325,9 @@ def _in_index_3(layout: Mapping[str, Any], method: Method) -> bool:
 
 
 def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
-    """Raise UsageError for samples and events without derivatives: other methods, functions or quanta of sampled
+    """Raise UsageError for samples and acting events without derivatives: other methods, functions or quanta of sampled
     states."""
-    jumps = "events" if "events" in layout["method"] else "sampled states" if layout["sampled"] else ""
+    jumps = "events" if any(acting_events(layout)) else "sampled states" if layout["sampled"] else ""
     if jumps and (_in_index_3(layout, method) or not isinstance(method.linear_step, LinearStep)):
         fault = f"the scene has {jumps}, across which this method has no derivatives [E0607]"
         raise UsageError(Problem("method", fault, _OF_ALPHA))

@@ -131,8 +131,12 @@ class ReplayedRun:
         """Take steps, fill the rows, and return data of the stepper that rows do not hold."""
         places = self.stepper.places  # methods without algorithmic accelerations have all of a step in rows
         a = self.stepper.state[places["a"]].copy() if "a" in places else np.zeros(0)
-        status, _ = self.stepper.run(size, 1, table, record)
-        self.check(status)
+        done, of_step = 0, len(self.stepper.input_times) - 1
+        while done < size:  # a call ends before the log of events is full
+            inputs = None if table is None else table[done * of_step :]
+            status, taken = self.stepper.run(size - done, 1, inputs, record[done:])
+            self.check(status)
+            done += taken
         return a
 
     def check(self, status: int) -> None:

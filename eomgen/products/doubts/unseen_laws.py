@@ -278,8 +278,9 @@ class _Examination:
         self._aliased = False
         for inside, at_ends in self._laws(self._samples, self._path.at_rows):
             values = np.nan_to_num(self._with_ends(inside, at_ends, steps), posinf=0.0, neginf=0.0)
+            values /= float(np.abs(values).max()) or 1.0  # squares of numbers that are nearly infinite would overflow
             span = float(np.ptp(values))
-            if span > WRITTEN * float(np.abs(values).max()):
+            if span > WRITTEN:
                 line = values[:, :1] + self._grid * (values[:, -1:] - values[:, :1])
                 off = np.abs(values - line).max(axis=1) / span
                 bent = np.maximum(bent, off)
@@ -593,7 +594,8 @@ class _Examination:
                 way = np.zeros((len(blocks.t), width))
                 way[:, k] = size
                 moves.append((self._shift(blocks, part, way), self._shift(blocks, part, -way), 2.0 * size))
-        rates = np.nan_to_num(rate_partials(self._path, blocks, moves))
+        # an infinite rate is stiff, with squares that stay finite
+        rates = np.clip(np.nan_to_num(rate_partials(self._path, blocks, moves)), -1e100, 1e100)
         middle = np.median(rates.reshape(len(steps), -1, nv + nz, 2 * nv + nz), axis=1)
         result = np.zeros((len(steps), 2 * nv + nz, 2 * nv + nz))
         result[:, :nv, nv : 2 * nv] = np.eye(nv)
@@ -715,6 +717,7 @@ def _columns_of(path: StepPath, symbol: Symbol) -> Iterable[int]:
     return (letters[symbol.kind] + path.place(symbol),) if symbol.kind in letters else ()
 
 
+@np.errstate(all="ignore")  # of infinite rates, as at a wall between the steps
 def rate_partials(path: StepPath, blocks: StepStates, moves: Sequence[tuple[_State, _State, float]]) -> Array:
     """Return differences of the rates over moves of the state, (n, nv + nz, moves). A move has two states (q, v, z),
     the second to be subtracted, and the distance between them."""
@@ -728,13 +731,12 @@ def rate_partials(path: StepPath, blocks: StepStates, moves: Sequence[tuple[_Sta
         (dict(zip("qvz", ahead, strict=True)), dict(zip("qvz", behind, strict=True)), width)
         for ahead, behind, width in moves
     )
-    with np.errstate(all="ignore"):
-        result = model.evaluator.acceleration_partials(named, q=q, v=v, z=z, base=None, **arguments)
-        if not model.nz:
-            return result
-        inner = [
-            [model.internal_rates(q, v, z=z, **arguments) for q, v, z in (ahead, behind)] for ahead, behind, _ in moves
-        ]
+    result = model.evaluator.acceleration_partials(named, q=q, v=v, z=z, base=None, **arguments)
+    if not model.nz:
+        return result
+    inner = [
+        [model.internal_rates(q, v, z=z, **arguments) for q, v, z in (ahead, behind)] for ahead, behind, _ in moves
+    ]
     widths = np.array([width for *_, width in moves])
     return np.concatenate([result, np.stack([after - before for after, before in inner], axis=-1) / widths], axis=-2)
 

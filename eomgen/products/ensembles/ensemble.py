@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,8 @@ from eomgen.results.error_estimate import NOTICED, SampleErrors
 _COLOUR = "#0B62C4"
 #: Bands by lower and upper probabilities, with opacity.
 _BANDS = ((0.05, 0.95, 0.18), (0.25, 0.75, 0.32))
+#: A number in a reason; names of elements may end with digits.
+_NUMBER = re.compile(r"(?<![\w.])-?\d[\d.]*(?:e[+-]?\d+)?")
 #: Quantiles of the table over time and of the fan chart.
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
@@ -347,12 +350,12 @@ class Ensemble:
 
     @property
     def message(self) -> str:
-        """Summary of the ensemble as one text: numbers of samples and failures, the way of running, estimated error and
-        notes. The first reading makes the runs of ``error``."""
+        """Summary of the ensemble as one text: numbers of samples and failures, with the most frequent reason, the way
+        of running, estimated error and notes. The first reading makes the runs of ``error``."""
         many = "samples" if self.asked > 1 else "sample"
         done = f"{self.done} {many}" if self.done == self.asked else f"{self.done} of {self.asked} {many}"
         failures = "all" if len(self.failed) == self.done > 1 else str(len(self.failed))
-        failed = f", {failures} of which failed" if self.failed else ""
+        failed = f", {failures} of which failed ({_most_frequent(self.failed)})" if self.failed else ""
         ended = "; ended by Ctrl-C" if self.interrupted else ""
         return "; ".join(filter(None, (f"{done}{failed}{ended}", self.how, str(self.error), *self.notes)))
 
@@ -484,6 +487,16 @@ class Ensemble:
             if (figure := _rankings(self)) is not None:
                 files.append(save_figure(figure, target / "sensitivity.png"))
         return files
+
+
+def _most_frequent(failed: Iterable[FailedSample]) -> str:
+    """Return number of samples, first sample and cause of the most frequent reason; reasons may differ in numbers."""
+    alike: dict[str, list[tuple[int, str]]] = {}
+    for sample in failed:
+        cause = sample.reason.partition("; ")[0]
+        alike.setdefault(_NUMBER.sub("", cause), []).append((sample.number, cause))
+    most = max(alike.values(), key=len)
+    return f"{len(most)} as sample {most[0][0]}: {most[0][1]}"
 
 
 def _fans(ensemble: Ensemble) -> Any:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -83,7 +83,7 @@ def unresisted_motions(
             articulated[joint.parent] += X.T @ inertia @ X
             together[joint.parent] += X.T @ together[body] @ X
     if bare:
-        notes.append(_note_of_bare(list(filter(bare.__contains__, (joint.name for joint in joints)))))
+        notes.append(_note_of_bare({joint.name: joint.child for joint in joints}, bare))
     return notes[::-1]
 
 
@@ -128,11 +128,13 @@ def _solid(joints: Sequence[Joint], spans: Mapping[str, Array]) -> set[str]:
     return set(itertools.compress(outermost, (least > COMPUTED * largest).tolist()))
 
 
-def _note_of_bare(names: list[str]) -> str:
-    """Return a note on joints that no mass or inertia resists, in the order of the joints."""
+def _note_of_bare(carried: Mapping[str, str], names: Collection[str]) -> str:
+    """Return a note on joints that no mass or inertia resists, in the order of ``carried``, the bodies by joint."""
     why = "no body beyond has mass or inertia in their motion, so the inertia matrix is singular"
-    remedy = f"lock={names!r}, or terms=['poses', 'inverse_dynamics']"
-    return f"no inertia resists {', '.join(names)}: {why}; try: {remedy} [W0269]"
+    ordered = [name for name in carried if name in names]
+    remedy = f"mass or inertia there, lock={ordered!r}, or terms=['poses', 'inverse_dynamics']"
+    named = ", ".join(f"{name} (body {carried[name]})" for name in ordered)
+    return f"no inertia resists {named}: {why}; try: {remedy} [W0269]"
 
 
 def _size(vectors: Sequence[Array]) -> float:

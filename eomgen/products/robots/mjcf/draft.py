@@ -75,7 +75,7 @@ class MjcfDraft(SceneDraft):
     moving_targets : whether motions from outside move mocap bodies
     tendon_joints : joints of fixed tendons with their coefficients
     points : names of the points at sites
-    frame_origins : names of the points at frames, by the wanted names
+    frame_origins : names of the points at frames, by wanted name, body and position
     actuator_forces, actuator_motions : formulas of the forces of actuators, and of their lengths and rates
     efforts : terms of the efforts of actuators on hinges and slides, by joint
     branches : of spatial tendons: names in the scene, and the divisors of their lengths
@@ -95,7 +95,7 @@ class MjcfDraft(SceneDraft):
     moving_targets: bool = False
     tendon_joints: dict[int, list[tuple[int, float]]] = field(default_factory=dict)
     points: dict[int, str] = field(default_factory=dict)
-    frame_origins: dict[str, str] = field(default_factory=dict)
+    frame_origins: dict[tuple[Any, ...], str] = field(default_factory=dict)
     actuator_forces: dict[int, str] = field(default_factory=dict)
     actuator_motions: dict[int, tuple[str, str]] = field(default_factory=dict)
     efforts: dict[int, list[str]] = field(default_factory=dict)
@@ -116,10 +116,12 @@ class MjcfDraft(SceneDraft):
         return [self.define(f"{wanted}_{x}", formula) for x, formula in zip(letters, formulas, strict=True)]
 
     def point(self, name: str, placement: LinkPlace) -> str:
-        """Return the name of a point at the origin of a frame, which is added once for each wanted name."""
-        if name not in self.frame_origins:
-            self.frame_origins[name] = self.add_point(name, placement)
-        return self.frame_origins[name]
+        """Return the name of a point at the origin of a frame, which is added once for each wanted name and place:
+        a site ``a_x``, and the point along x from a site ``a``, want the same name."""
+        key = name, placement.body, *placement.position.tolist()
+        if key not in self.frame_origins:
+            self.frame_origins[key] = self.add_point(name, placement)
+        return self.frame_origins[key]
 
     def add_point(self, name: str, placement: LinkPlace) -> str:
         """Return the name of a point at the origin of a frame, which is added."""

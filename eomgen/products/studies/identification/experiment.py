@@ -3,6 +3,7 @@ and derivatives in the unknowns."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -349,10 +350,12 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
             check_name("unknown", name, names)
         try:
             first, last = (float(bound) for bound in limits)
+            if math.isnan(first) or math.isnan(last):
+                raise ValueError
         except (TypeError, ValueError):
-            raise UsageError(
-                Problem(f"bounds of {name}", f"{limits!r} are not two numbers [E1061]", "(0.1, 10.0)")
-            ) from None
+            fault = f"{limits!r} are not two numbers [E1061]"
+            hint = "(0.1, 10.0), with -inf or inf for an open end (--bounds NAME=0.1:)"
+            raise UsageError(Problem(f"bounds of {name}", fault, hint)) from None
         if not first < last:
             fault = f"{first:.6g} is not below {last:.6g} [E1059]"
             hint = f"({last:.6g}, {first:.6g}), or without it among the unknowns, for a value that is held"
