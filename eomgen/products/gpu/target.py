@@ -120,8 +120,8 @@ def _files(program: Program) -> dict[str, str]:
     }
     templates = {"README.md": "gpu/README.md.jinja"} | (STRUCTS if program.method else {})
     data: dict[str, Any] = {"kernels": _kernels(program), "empty_headers": HEADERS}
-    known = {"commands": commands, "interface": data, "in_rows": functions_in_rows(program)}
-    files = cuda_files(program, templates, **known)
+    known = {"commands": commands, "interface": data, "dtype": "float32" if real == "float" else "float64"}
+    files = cuda_files(program, templates, **known, in_rows=functions_in_rows(program))
     if structs := files.pop("structs", None):
         data["thread_bytes"] = thread_bytes(program, real, structs)
     return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **commands, **data)}
