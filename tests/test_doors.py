@@ -111,7 +111,7 @@ TABLE_OF_DOORS: dict[str, str] = {
     ),
     "products.controllers": "base codegen errors symbolic",
     "products.laws": "base cli errors formula scene symbolic system toolchain",
-    "products.gpu": "base codegen compiled errors integrators pipeline system toolchain products.ensembles",
+    "products.gpu": "base codegen compiled errors pipeline system toolchain products.ensembles",
     "products.linear": (
         "base cli compiled errors formula lie pipeline results scene simulation solvers system products.statics"
     ),

@@ -24,6 +24,7 @@ from tests.optimisers.test_steps import hung
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ACADOS = Path(sys.prefix) / "acados"
 CART_POLE = EXAMPLES / "cart_pole_swing_up" / "model" / "scene.toml"
+SERVO = EXAMPLES / "pi_servo" / "scene.toml"
 Array = np.ndarray
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 
@@ -352,15 +353,13 @@ def test_the_length_of_a_step_follows_the_number_of_nodes(
 
 
 def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for term, said in (
-        ("mass", "terms: the target acados writes dynamics with derivatives, and 'mass' is none; try: one of inv"),
-        (
-            "internal_rate",
-            "terms: no dynamics for acados are among the terms; try: inverse_dynamics, forward_dynamics;",
-        ),
+    for described, term, said in (
+        (CART_POLE, "mass", "terms: the target acados writes dynamics with derivatives, and 'mass' is none; try: one"),
+        (CART_POLE, "internal_rate", "cart_pole has none of the functions that the terms name; try: no terms, for all"),
+        (SERVO, "internal_rate", "terms: no dynamics for acados are among the terms; try: inverse_dynamics, forward_"),
     ):
         with pytest.raises(eomgen.UsageError, match=said):
-            eomgen.generate(CART_POLE, tmp_path / "c", [term], target="acados")
+            eomgen.generate(described, tmp_path / "c", [term], target="acados")
     eomgen.generate(CART_POLE, tmp_path / "c", target="acados")
     monkeypatch.delenv("ACADOS_SOURCE_DIR", raising=False)
     monkeypatch.setitem(sys.modules, "acados_template", None)
