@@ -99,7 +99,7 @@ def builder() -> eomgen.SceneBuilder:
         ),
         (lambda: pendulum().evaluate(["mass"], [0.1]), "the term ['mass'] is not in this model, which was built with"),
         (lambda: pendulum().evaluate(["mass"], [0.1]), "energy; try: mass"),
-        (lambda: pendulum().evaluate(np.array([0.1]), "mass"), "the term array([0.1]) is not in this model"),
+        (lambda: pendulum().evaluate(np.array([0.1]), "mass"), "the term [0.1] is not in this model"),
         (
             lambda: eomgen.derive(CART, terms=["mass"]).latex(["mass"]),
             "the term ['mass'] is not in this System, which was derived with mass; try: mass",

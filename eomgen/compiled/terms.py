@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import shown
 from eomgen.compiled.arguments import (
     WHERE,
     Requirements,
@@ -237,11 +236,10 @@ class Terms:
         UsageError
             Missing velocities, accelerations that cannot be computed, and arguments of wrong shapes.
         """
-        if not isinstance(term, str):
-            term = shown(term)
-        if term not in self.functions:
-            raise self.functions.missing(term, self._other_scene(term))
-        blocks = set(self.functions.inputs(term))
+        try:
+            blocks = set(self.functions.inputs(term))
+        except (UsageError, TypeError):  # a list of terms has no hash
+            raise self.functions.missing(str(term), self._other_scene(str(term))) from None
         if "v" in blocks and arguments.get("v") is None:
             raise UsageError(Problem("v", f"the term {term} needs velocities [E0279]"))
         missing_a = "a" in blocks and arguments.get("a") is None
@@ -249,7 +247,9 @@ class Terms:
         if missing_a:
             blocks |= blocks_of(self.functions) if constrained else self._acceleration_blocks(term)
         values = {"q": self.configuration(arguments["q"]), "p": self.parameters(arguments["parameters"])}
-        values |= {name: self.velocity(name, arguments[name]) for name in "va" if arguments.get(name) is not None}
+        for block in ("v", "a"):
+            if arguments.get(block) is not None:
+                values[block] = self.velocity(block, arguments[block])
         values["t"] = self._times(term, arguments, values, needed="t" in blocks)
         if "z" in blocks or arguments.get("z") is not None:
             values["z"] = self.internal(arguments.get("z"))

@@ -8,7 +8,7 @@ from itertools import chain, islice
 from eomgen.errors import Message, ModelError, Problem
 from eomgen.mechanics.beam_axes import beam_axes
 from eomgen.mechanics.constraints.joints import angle_labels
-from eomgen.mechanics.describe import extent
+from eomgen.mechanics.describe import extent, reading_notes
 from eomgen.mechanics.discontinuities import discontinuities, overshoots, validity
 from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
@@ -379,8 +379,8 @@ def _prune(derivation: Derivation, function: Function, used: Collection[str], ti
 
 def _notes(scene: Scene) -> Iterator[str]:
     """Yield the notes of the equations, then of splines that overshoot, at most one for each entry of further sections,
-    such as maps. Compiled libraries keep their notes, and shapes change without them."""
-    yield from (note for note in scene.notes if not note.startswith("shapes."))
+    such as maps."""
+    yield from reading_notes(scene)
     yield from overshoots(scene.curves)
     for entry in chain.from_iterable(scene.parts.values()):
         yield from islice(overshoots(getattr(entry, "profiles", ())), 1)

@@ -115,9 +115,14 @@ def describe(scene: Scene) -> Description:
         drawing=_drawing(scene),
         starts=tuple(joint.start for joint in scene.leading_joints if joint.start is not None),
         simulation=scene.simulation,
-        notes=tuple(note for note in scene.notes if not note.startswith("shapes.")),
+        notes=reading_notes(scene),
         places={key: location for key, location in scene.source.items() if key.startswith("simulation")},
     )
+
+
+def reading_notes(scene: Scene) -> tuple[str, ...]:
+    """Return the notes of reading a scene that its library keeps; shapes change without another library."""
+    return tuple(note for note in scene.notes if not note.startswith("shapes."))
 
 
 def _element_stiffness(beam: Cosserat) -> ElementStiffness:

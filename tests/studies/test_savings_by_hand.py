@@ -40,10 +40,10 @@ class Timed:
 
     def __init__(self, step: float, fails: str = "", iterations: float = 0.0) -> None:
         self.step, self.fails, self.iterations, self.made = step, fails, iterations, list[tuple[int, int]]()
-        self.terms = ("residual",)
+        self.terms, self.finished = ("residual",), False
 
     def finish_compilation(self) -> None:
-        """No compiler runs."""
+        self.finished = True
 
     def simulate(self, end: float, step: float, record_every: int, error_estimate: bool) -> Any:
         assert not error_estimate
@@ -159,6 +159,7 @@ def test_costs_of_a_build_are_operations_bytes_and_seconds(builds: dict[str, Any
     cost, model = _build_variant(variant, "rk4", tmp_path, "quick")
     assert (cost.name, cost.what, cost.operations, cost.problem) == ("a run", "words", COSTS, "")
     assert (cost.step_operations, cost.c_bytes, cost.build_seconds) == (130, 120, 0.5)
+    assert builds["models"][""].finished
     assert model is builds["models"][""] and builds["asked"][0][2:] == (["residual"], "rk4", "quick", "initial")
     none, model = _build_variant(measuring.Variant("b", "c", None, problem="why"), "rk4", tmp_path, "quick")
     assert (none.problem, none.what, none.operations, model) == ("why", "c", {}, None)

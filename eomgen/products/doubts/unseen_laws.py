@@ -595,7 +595,7 @@ class _Examination:
                 way[:, k] = size
                 moves.append((self._shift(blocks, part, way), self._shift(blocks, part, -way), 2.0 * size))
         # an infinite rate is stiff, with squares that stay finite
-        rates = np.clip(np.nan_to_num(rate_partials(self._path, blocks, moves)), -1e100, 1e100)
+        rates = np.minimum(np.maximum(np.nan_to_num(rate_partials(self._path, blocks, moves)), -1e100), 1e100)
         middle = np.median(rates.reshape(len(steps), -1, nv + nz, 2 * nv + nz), axis=1)
         result = np.zeros((len(steps), 2 * nv + nz, 2 * nv + nz))
         result[:, :nv, nv : 2 * nv] = np.eye(nv)

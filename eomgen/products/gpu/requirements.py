@@ -18,8 +18,8 @@ def card() -> ToolchainCheck:
         except ToolchainError as error:
             texts.append(Message(str(error.problems[0])).fault_and_remedy()[0])
             there.append(False)
-    lacking, alone = there == [True, False], "" if there[0] else "none, which eomgen.gpu and --device gpu alone need: "
-    return ToolchainCheck("cards", not lacking, alone + "; ".join(texts), INSTALL if lacking else "", needed=False)
+    lacking, words = there == [True, False], "" if there[0] else "none, which eomgen.gpu and --device gpu alone need: "
+    return ToolchainCheck("cards", not lacking, words + "; ".join(texts), INSTALL if lacking else "", needed=False)
 
 
 def _describe_card() -> str:

@@ -19,7 +19,7 @@ from eomgen.codegen.targets.c.target import model_in_one_file
 from eomgen.codegen.targets.target import Target
 from eomgen.products.gpu.driver import BLOCK
 from eomgen.products.gpu.names import CudaNames
-from eomgen.products.gpu.nvrtc import HEADERS, options_for
+from eomgen.products.gpu.nvrtc import AS_CALLS, HEADERS, options_for
 
 #: Live values of a part at most. 255 registers of 32 bits hold about 110 numbers; the rest of 256 threads fits into
 #: the first-level cache.
@@ -121,7 +121,7 @@ def _files(program: Program) -> dict[str, str]:
     templates = {"README.md": "gpu/README.md.jinja"} | (STRUCTS if program.method else {})
     data: dict[str, Any] = {"kernels": _kernels(program), "empty_headers": HEADERS}
     known = {"commands": commands, "interface": data, "dtype": "float32" if real == "float" else "float64"}
-    files = cuda_files(program, templates, **known, in_rows=functions_in_rows(program))
+    files = cuda_files(program, templates, **known, as_calls=AS_CALLS, in_rows=functions_in_rows(program))
     if structs := files.pop("structs", None):
         data["thread_bytes"] = thread_bytes(program, real, structs)
     return {**files, MANIFEST: manifest(program, files, fingerprint=fingerprint(files), **commands, **data)}
